@@ -1,0 +1,19 @@
+// The subcommands of `cylpose`. Each function adds one to the application; its callback does the work and throws
+// cylpose::Error for what the user can mend, CLI::RuntimeError to leave with a code of its own.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace cylpose::apps {
+
+/// Exit codes of every subcommand; `cylpose --help` lists them.
+enum ExitCode {
+  kSuccess = 0,
+  kInternalError = 1,
+  kInputError = 2,  ///< usage, or an input that cannot be used
+  kOutputError = 3,
+  kDeviceError = 4,
+  kInterrupted = 130,
+};
+
+}  // namespace cylpose::apps

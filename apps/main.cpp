@@ -1,0 +1,49 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cylpose/error.hpp>
+#include <cylpose/version.hpp>
+#include <exception>
+
+#include "commands.hpp"
+
+namespace {
+
+using namespace cylpose;
+
+int exit_code_of(const Error& error) {
+  switch (error.kind()) {
+    case ErrorKind::kInput:
+      return apps::kInputError;
+    case ErrorKind::kOutput:
+      return apps::kOutputError;
+    case ErrorKind::kDevice:
+      return apps::kDeviceError;
+  }
+  return apps::kInternalError;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"cylpose: where a coloured cylinder of known size is, from the images of one calibrated camera."};
+  app.name("cylpose");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("cylpose ") + kVersion);
+  app.footer("Exit codes: 0 success, 2 usage or input, 3 output, 4 device, 130 interrupted, 1 anything else.");
+
+  try {
+    app.parse(argc, argv);
+    return apps::kSuccess;
+  } catch (const CLI::RuntimeError& leave) {
+    return leave.get_exit_code();
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? apps::kSuccess : apps::kInputError;
+  } catch (const Error& error) {
+    fmt::print(stderr, "cylpose: {}\n", error.what());
+    return exit_code_of(error);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "cylpose: internal error: {}\n", error.what());
+    return apps::kInternalError;
+  }
+}

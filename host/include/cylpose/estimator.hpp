@@ -1,0 +1,53 @@
+// From images to poses, one frame at a time, the search region carried from frame to frame.
+#pragma once
+
+#include <Eigen/Core>
+#include <cylpose/backend.hpp>
+#include <cylpose/camera.hpp>
+#include <cylpose/part.hpp>
+#include <cylpose/pose.hpp>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cylpose {
+
+/// What the stages saw of one part, in pixels of the frame; for debug pictures and tests.
+struct PartTrace {
+  Mask mask;
+  std::vector<Eigen::Vector2d> edges;                  ///< after hysteresis
+  std::vector<std::vector<Eigen::Vector2d>> chains;    ///< ordered, connected
+  std::vector<std::vector<Eigen::Vector2d>> segments;  ///< chains cut where they bend
+  std::vector<ImageLine> lines;                        ///< fitted and merged
+};
+
+struct StageTrace {
+  std::vector<PartTrace> parts;
+};
+
+class Estimator {
+ public:
+  virtual ~Estimator() = default;
+  Estimator() = default;
+  Estimator(const Estimator&) = delete;
+  Estimator& operator=(const Estimator&) = delete;
+
+  [[nodiscard]] virtual std::string_view name() const = 0;
+
+  /// The pose of every part in the next frame of the stream. A part that is not found has the status kNone and a
+  /// reason. Fills `trace` where one is given. Throws Error(kInput) for an image of another size than the calibration.
+  [[nodiscard]] virtual FrameEstimate estimate(const ImageView& image, StageTrace* trace = nullptr) = 0;
+};
+
+/// Names of the methods: `default`, and `thesis` (the baseline that everything is measured against).
+[[nodiscard]] std::vector<std::string> method_names();
+
+/// Makes an estimator by the name of its method. `backend` names the backend of the per-pixel stages; empty means the
+/// method's own choice (`default`: serial). The thesis's method is defined on OpenCV and takes no other.
+/// Throws Error(kInput) for unknown names, an invalid camera or invalid parts.
+[[nodiscard]] std::unique_ptr<Estimator> make_estimator(std::string_view method, const CameraModel& camera,
+                                                        const std::vector<PartModel>& parts,
+                                                        std::string_view backend = {});
+
+}  // namespace cylpose
