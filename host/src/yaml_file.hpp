@@ -1,0 +1,45 @@
+// YAML whose complaints name file, line, key, value and remedy.
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cylpose {
+
+/// A node of a YAML file together with where it stands. All members throw Error(kInput).
+class YamlValue {
+ public:
+  /// Reads the file: standard YAML, or what OpenCV's FileStorage writes (its first line `%YAML:1.0` is no YAML
+  /// directive; tags like `!!opencv-matrix` are ignored).
+  [[nodiscard]] static YamlValue from_file(const std::filesystem::path& path);
+
+  [[nodiscard]] bool has(const std::string& key) const;
+  [[nodiscard]] YamlValue at(const std::string& key) const;  ///< refuses a missing key
+  [[nodiscard]] std::vector<YamlValue> items() const;        ///< refuses what is no list
+
+  [[nodiscard]] double number() const;  ///< refuses NaN and infinities
+  [[nodiscard]] int integer() const;
+  [[nodiscard]] std::string text() const;
+
+  /// Refuses keys that are not in `known` (typing errors would otherwise change nothing, silently) and keys given
+  /// twice.
+  void require_keys_among(const std::vector<std::string>& known) const;
+
+  /// Throws with the place in front: "camera.yaml:7: image_width: <message>".
+  [[noreturn]] void fail(std::string_view message) const;
+
+ private:
+  YamlValue(YAML::Node node, std::string file, std::string key)
+      : node_(std::move(node)), file_(std::move(file)), key_(std::move(key)) {}
+  void require_map() const;
+
+  YAML::Node node_;
+  std::string file_;
+  std::string key_;  ///< path of keys from the root, empty at the root
+};
+
+}  // namespace cylpose
