@@ -28,7 +28,7 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
 }  // namespace
 
 CsvFile::CsvFile(const std::filesystem::path& path, const std::vector<std::string>& required)
-    : name_(path.string()), text_(read_text_file(path, kMaxBytes)) {
+    : name_(path.string()), text_(read_file(path, kMaxBytes)) {
   const std::string_view text = text_;
   std::size_t line_number = 0;
   for (std::size_t start = 0, end = 0; start < text.size(); start = end + 1) {
