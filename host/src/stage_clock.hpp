@@ -1,4 +1,4 @@
-// Wall times of consecutive stages.
+// Wall time per stage, summed over the parts.
 #pragma once
 
 #include <chrono>
@@ -10,17 +10,30 @@ namespace cylpose {
 
 class StageClock {
  public:
-  /// The time since construction or the last lap, under the name of the stage that ends here (a string literal).
+  /// Ends a stage: adds the time since construction or the last call to its entry.
   void lap(std::string_view stage) {
-    const auto now = Clock::now();
-    times_.push_back({stage, std::chrono::duration<double, std::milli>(now - start_).count()});
-    start_ = now;
+    const auto now = std::chrono::steady_clock::now();
+    add(stage, std::chrono::duration<double, std::milli>(now - last_).count());
+    last_ = now;
   }
+
+  /// Leaves out what happened since the last lap.
+  void skip() { last_ = std::chrono::steady_clock::now(); }
+
   [[nodiscard]] const std::vector<StageTime>& times() const { return times_; }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  Clock::time_point start_ = Clock::now();
+  void add(std::string_view stage, double milliseconds) {
+    for (StageTime& time : times_) {
+      if (time.stage == stage) {
+        time.milliseconds += milliseconds;
+        return;
+      }
+    }
+    times_.push_back({stage, milliseconds});
+  }
+
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
   std::vector<StageTime> times_;
 };
 
