@@ -1,9 +1,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cylpose/side_pair.hpp>
 #include <numbers>
-#include <optional>
 
 #include "option_check.hpp"
 
@@ -21,30 +21,22 @@ bool inner_sides_face(const FittedLine& a, const FittedLine& b) {
          signed_distance(b.line, a.from) > -kFacingTolerancePx && signed_distance(b.line, a.to) > -kFacingTolerancePx;
 }
 
-// Metres along the axis from its point nearest to the camera to where the ray meets the line of touch of a side.
-// The touch line's nearest point T is perpendicular to d, so the ray's parts along d and T give the place directly.
-std::optional<double> along_axis(const AxisLine& axis, const Eigen::Vector3d& touch, const Eigen::Vector3d& ray) {
-  const double toward = ray.dot(touch);
-  if (toward <= 0) return std::nullopt;
-  return ray.dot(axis.direction_in_cam) / toward * touch.squaredNorm();
-}
-
-// Length along the axis that the seen pieces of both sides span together, in metres; none when a piece would lie behind
-// the camera.
-std::optional<double> seen_length(const CameraModel& camera, const AxisLine& axis, double radius_m,
-                                  std::initializer_list<const FittedLine*> sides) {
-  double first = std::numeric_limits<double>::infinity();
-  double last = -first;
-  for (const FittedLine* side : sides) {
-    const Eigen::Vector3d touch = axis.point_in_cam - radius_m * plane_of(camera, side->line);
-    for (const Eigen::Vector2d& end : {side->from, side->to}) {
-      const auto place = along_axis(axis, touch, ideal_ray(camera, end));
-      if (!place) return std::nullopt;
-      first = std::min(first, *place);
-      last = std::max(last, *place);
-    }
+// The least length, in metres, of a cylinder of this radius whose sides show these pieces: it is that long when its
+// axis is perpendicular to the line of sight, longer else. (Far away the two lines alone tell the tilt too badly to say
+// more.)
+double least_length(const FittedLine& a, const FittedLine& b, double radius_m) {
+  const std::array<Eigen::Vector2d, 4> ends = {a.from, a.to, b.from, b.to};
+  const Eigen::Vector2d middle = (a.from + a.to + b.from + b.to) / 4;
+  const double width_px = signed_distance(a.line, middle) + signed_distance(b.line, middle);
+  const Eigen::Vector2d across = (a.line.normal - b.line.normal).normalized();
+  double first = 0;
+  double last = 0;
+  for (const Eigen::Vector2d& end : ends) {
+    const double along = across.x() * (end.y() - middle.y()) - across.y() * (end.x() - middle.x());
+    first = std::min(first, along);
+    last = std::max(last, along);
   }
-  return last - first;
+  return (last - first) / width_px * 2 * radius_m;
 }
 
 // Angle between the image of the axis (midway between the sides) and the region's long axis, 0 to pi/2.
@@ -82,8 +74,7 @@ std::vector<SidePair> rank_side_pairs(const CameraModel& camera, const PartModel
       if (!inner_sides_face(a, b)) continue;
       const auto axis = axis_from_sides(plane_of(camera, a.line), plane_of(camera, b.line), part.radius_m);
       if (!axis) continue;
-      const auto length = seen_length(camera, *axis, part.radius_m, {&a, &b});
-      if (!length || *length > options.max_length_factor * part.height_m) continue;
+      if (least_length(a, b, part.radius_m) > options.max_length_factor * part.height_m) continue;
 
       const double straightness = 1 / (1 + a.rms_px + b.rms_px);
       const double support = static_cast<double>(a.points.size() + b.points.size());

@@ -28,8 +28,9 @@ struct SidePairOptions {
   /// A pair whose axis image deviates more than this from the long axis of the colour region (radians) is rated lower
   /// (thesis: 35 degrees). Not a veto: an occluder or a second object of the colour turns the region's axis.
   double max_axis_deviation_rad = 0.61;
-  /// How much longer than the part the seen pieces of the sides may be together, as a factor.
-  double max_length_factor = 1.1;
+  /// How much longer than the part a cylinder must at least be to show these pieces of sides, as a factor. 1 would be
+  /// exact; more allows for errors of short or blurred sides.
+  double max_length_factor = 1.15;
 
   [[nodiscard]] bool is_valid(std::string* why) const;
 };
@@ -39,8 +40,8 @@ struct SidePairOptions {
 [[nodiscard]] Eigen::Vector3d plane_of(const CameraModel& camera, const ImageLine& line);
 
 /// The pairs that one cylinder of the part's radius and height can explain, best first: the inner sides of both lines
-/// face each other, the axis lies before the camera, and the pieces seen are no longer than the part. Rated by support,
-/// straightness and agreement with the region's principal axis.
+/// face each other (the axis then lies before the camera), and the pieces seen are no longer than the part. Rated by
+/// support, straightness and agreement with the region's principal axis.
 [[nodiscard]] std::vector<SidePair> rank_side_pairs(const CameraModel& camera, const PartModel& part,
                                                     const RegionStatistics& region, std::span<const FittedLine> lines,
                                                     const SidePairOptions& options);
