@@ -19,6 +19,8 @@ namespace {
 constexpr int kMaxCandidatesPerPair = 3;
 // Hypotheses that are refined; the others are only compared by how many edge points they explain.
 constexpr std::size_t kMaxRefined = 3;
+// A solution rated higher leaves nothing for another hypothesis to explain.
+constexpr double kClearlyRight = 0.7;
 // Edge points this far inside the outline that do not belong to it are clutter.
 constexpr double kClutterMarginPx = 3;
 
@@ -78,6 +80,7 @@ class PartSolver {
     for (const Hypothesis& hypothesis : hypotheses) {
       auto solution = refined(hypothesis);
       if (solution && (!best || rating(*solution) > rating(*best))) best = std::move(solution);
+      if (best && rating(*best) > kClearlyRight) break;
     }
     PoseEstimate estimate = best ? checked(*best) : none("no pose explains the edges");
     clock_.lap("refinement");

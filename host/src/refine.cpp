@@ -17,6 +17,9 @@ using Matrix5d = Eigen::Matrix<double, 5, 5>;
 // Edge places are rounded to 1/256 px and never better than this: floor of the residuals' sigma.
 constexpr double kMinEdgeSigmaPx = 0.02;
 
+// A round that moves the outline by less than this ends the refinement.
+constexpr double kConvergedPx = 0.002;
+
 struct MatchedPoint {
   OutlineMatch match;
   double weight;  // root of the Cauchy weight
@@ -80,22 +83,23 @@ class Refinement {
   Refinement(const CameraModel& camera, const PartModel& part, const CylinderPose& start)
       : camera_(camera), part_(part), start_(start), pose_(start) {}
 
-  // One round; false when there is too little to go on.
-  bool solve(std::span<const EdgePoint> points, double gate_px) {
+  // One round of matching and solving. None when there is too little to go on, else how far the outline moved in pixels
+  // (root mean square over the matched points).
+  std::optional<double> solve(std::span<const EdgePoint> points, double gate_px) {
     const auto outline = Outline::of(camera_, part_, pose_);
-    if (!outline) return false;
+    if (!outline) return std::nullopt;
     matched_ = match_all(*outline, points, gate_px);
-    if (static_cast<int>(matched_.size()) < kMinSupport) return false;
+    if (static_cast<int>(matched_.size()) < kMinSupport) return std::nullopt;
     sigma_px_ = robust_sigma(matched_);
     weigh(matched_, sigma_px_);
 
     const RoundProblem problem = linearised();
     const Matrix5d normal = problem.jacobian.transpose() * problem.jacobian;
-    move(-normal.ldlt().solve(problem.jacobian.transpose() * problem.offset));
-    return pose_.center_in_cam.allFinite() && pose_.axis_in_cam.allFinite();
+    const Vector5d moves = -normal.ldlt().solve(problem.jacobian.transpose() * problem.offset);
+    move(moves);
+    if (!pose_.center_in_cam.allFinite() || !pose_.axis_in_cam.allFinite()) return std::nullopt;
+    return (problem.jacobian * moves).norm() / std::sqrt(static_cast<double>(matched_.size()));
   }
-
-  [[nodiscard]] const CylinderPose& pose() const { return pose_; }
 
   [[nodiscard]] std::optional<RefinedPose> result(std::span<const EdgePoint> points, const RefineOptions& options) {
     const auto outline = Outline::of(camera_, part_, pose_);
@@ -210,7 +214,9 @@ std::optional<RefinedPose> refine(const CameraModel& camera, const PartModel& pa
   Refinement refinement(camera, part, start);
   double gate_px = options.first_gate_px;
   for (int round = 0; round < options.rounds; ++round) {
-    if (!refinement.solve(points, gate_px)) return std::nullopt;
+    const auto moved_px = refinement.solve(points, gate_px);
+    if (!moved_px) return std::nullopt;
+    if (gate_px <= options.final_gate_px && *moved_px < kConvergedPx) break;
     gate_px = std::max(options.final_gate_px, gate_px / 2);
   }
   return refinement.result(points, options);
