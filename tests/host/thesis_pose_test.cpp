@@ -129,6 +129,9 @@ TEST(ThesisPose, RefusesLinesWithoutACylinder) {
   EXPECT_FALSE(thesis_pose_from_lines({x, 10}, {x, 10}, {10, 0}, kFocalPx, kRadius, &why));
   EXPECT_EQ(why, "the two side lines are one line");
   EXPECT_FALSE(thesis_pose_from_lines({x, 10}, {-x, -10}, {10, 0}, kFocalPx, kRadius, &why));
+  // Both lines pass through the principal point, so both feet do: P and Q would be at the same place.
+  EXPECT_FALSE(thesis_pose_from_lines({x, 0}, {Eigen::Vector2d(0.8, 0.6), 0}, {0, 100}, kFocalPx, kRadius, &why));
+  EXPECT_EQ(why, "the two side lines have no cylinder of this radius in front of the camera");
   // Two sides that meet in the vanishing point (0, 100): beyond it there is nothing of the cylinder.
   const Eigen::Vector2d left = Eigen::Vector2d(1, 0.2).normalized();
   const Eigen::Vector2d right = Eigen::Vector2d(1, -0.2).normalized();
