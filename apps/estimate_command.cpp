@@ -1,11 +1,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
+#include <cstdlib>
 #include <cylpose/error.hpp>
 #include <cylpose/evaluate.hpp>
 #include <filesystem>
 #include <memory>
+#include <opencv2/core/utils/logger.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -58,6 +59,10 @@ std::string summary_text(const RunSummary& summary) {
 
 void estimate_inputs(const Arguments& arguments) {
   const InterruptGuard interrupt;
+  // OpenCV tries one video library after the other and prints what each of them lacks; our errors say what matters.
+  if (std::getenv("OPENCV_LOG_LEVEL") == nullptr) {
+    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  }
   // Everything that can be refused is looked at before an output is touched.
   const PoseFormat format = format_of(arguments);
   const CameraModel camera = load_camera(arguments.camera);
