@@ -16,4 +16,6 @@ enum ExitCode {
   kInterrupted = 130,
 };
 
+void add_synth_command(CLI::App& app);
+
 }  // namespace cylpose::apps
