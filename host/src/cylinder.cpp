@@ -13,6 +13,13 @@ Eigen::Vector2d to_ray(const Eigen::Vector3d& point) {
   return point.head<2>() / point.z();
 }
 
+// Depth of the solid's point nearest to the image plane's side of the camera.
+double nearest_depth(const CylinderPose& pose, double radius_m, double height_m) {
+  const double slope = pose.axis_in_cam.z();
+  return pose.center_in_cam.z() - std::abs(slope) * height_m / 2 -
+         radius_m * std::sqrt(std::max(0.0, 1 - slope * slope));
+}
+
 }  // namespace
 
 CylinderPose with_fixed_sign(CylinderPose pose) {
@@ -49,48 +56,57 @@ Eigen::Matrix3d base_conic(const Eigen::Vector3d& base_center, const Eigen::Vect
          (base_center.squaredNorm() - radius_m * radius_m) * axis * axis.transpose();
 }
 
-std::vector<Eigen::Vector2d> silhouette(const CylinderPose& pose, double radius_m, double height_m,
-                                        int samples_per_base) {
+Eigen::Vector3d OutlineArcs::point(int base, double angle, double radius_m) const {
+  return centers[static_cast<std::size_t>(base)] + radius_m * (std::cos(angle) * toward + std::sin(angle) * across);
+}
+
+std::optional<OutlineArcs> outline_arcs(const CylinderPose& pose, double radius_m, double height_m) {
   const Eigen::Vector3d& d = pose.axis_in_cam;
   const Eigen::Vector3d to_axis = pose.center_in_cam - d * d.dot(pose.center_in_cam);
   const double distance = to_axis.norm();
-  const std::array<Eigen::Vector3d, 2> bases = {pose.center_in_cam - d * (height_m / 2),
-                                                pose.center_in_cam + d * (height_m / 2)};
-  const double nearest_z =
-      std::min(bases[0].z(), bases[1].z()) - radius_m * std::sqrt(std::max(0.0, 1 - d.z() * d.z()));
-  if (nearest_z <= 0) return {};
+  if (distance <= radius_m || nearest_depth(pose, radius_m, height_m) <= 0) return std::nullopt;
 
-  // Circle point at angle a: base + r (cos a toward + sin a across); the camera lies at a = pi as seen from the axis.
-  const Eigen::Vector3d toward = distance > 1e-12 ? Eigen::Vector3d(to_axis / distance) : d.unitOrthogonal();
-  const Eigen::Vector3d across = d.cross(toward);
-  const auto circle = [&](const Eigen::Vector3d& base, double angle) -> Eigen::Vector2d {
-    return to_ray(base + radius_m * (std::cos(angle) * toward + std::sin(angle) * across));
-  };
+  OutlineArcs arcs;
+  arcs.toward = to_axis / distance;
+  arcs.across = d.cross(arcs.toward);
+  // The sides touch at the angles +-touch; the camera lies at the angle pi as seen from the axis. A base that faces the
+  // camera bounds the outline by its far arc (through the angle 0), the other one by its near arc (through pi).
+  const double touch = std::numbers::pi - std::acos(radius_m / distance);
+  for (const int base : {0, 1}) {
+    const double outward = base == 0 ? -1.0 : 1.0;
+    const auto b = static_cast<std::size_t>(base);
+    arcs.centers[b] = pose.center_in_cam + outward * height_m / 2 * d;
+    const bool faces_camera = outward * d.dot(arcs.centers[b]) < 0;
+    arcs.start[b] = outward * touch;
+    arcs.span[b] = -outward * (faces_camera ? 2 * touch : 2 * touch - 2 * std::numbers::pi);
+  }
+  return arcs;
+}
 
+std::vector<Eigen::Vector2d> silhouette(const CylinderPose& pose, double radius_m, double height_m,
+                                        int samples_per_base) {
   std::vector<Eigen::Vector2d> outline;
+  if (nearest_depth(pose, radius_m, height_m) <= 0) return outline;
   outline.reserve(static_cast<std::size_t>(2 * samples_per_base));
-  if (distance <= radius_m) {
-    // Inside the infinite cylinder only the near base shows.
-    const Eigen::Vector3d& near_base = bases[0].squaredNorm() < bases[1].squaredNorm() ? bases[0] : bases[1];
-    for (int i = 0; i < 2 * samples_per_base; ++i) {
-      outline.push_back(circle(near_base, std::numbers::pi * i / samples_per_base));
+  if (const auto arcs = outline_arcs(pose, radius_m, height_m)) {
+    for (const int base : {0, 1}) {
+      const auto b = static_cast<std::size_t>(base);
+      for (int i = 0; i < samples_per_base; ++i) {
+        const double share = static_cast<double>(i) / (samples_per_base - 1);
+        outline.push_back(to_ray(arcs->point(base, arcs->start[b] + share * arcs->span[b], radius_m)));
+      }
     }
     return outline;
   }
-  // The sides touch at the angles +-(pi - beta), cos beta = r / distance. A base that faces the camera bounds the
-  // outline by its far arc (through a = 0), the other one by its near arc (through a = pi), so that the whole of the
-  // facing disc and the camera's half of the other rim are inside.
-  const double touch = std::numbers::pi - std::acos(radius_m / distance);
-  for (int side = 0; side < 2; ++side) {
-    const double outward = side == 0 ? -1.0 : 1.0;
-    const Eigen::Vector3d& base = bases[static_cast<std::size_t>(side)];
-    const bool faces_camera = outward * d.dot(base) < 0;
-    const double start = side == 0 ? -touch : touch;
-    const double span = faces_camera ? 2 * touch : 2 * touch - 2 * std::numbers::pi;
-    for (int i = 0; i < samples_per_base; ++i) {
-      const double share = static_cast<double>(i) / (samples_per_base - 1);
-      outline.push_back(circle(base, start + (side == 0 ? span : -span) * share));
-    }
+  // Inside the infinite cylinder only the near base shows.
+  const Eigen::Vector3d& d = pose.axis_in_cam;
+  const double outward = d.dot(pose.center_in_cam) > 0 ? -1.0 : 1.0;
+  const Eigen::Vector3d base = pose.center_in_cam + outward * height_m / 2 * d;
+  const Eigen::Vector3d e1 = d.unitOrthogonal();
+  const Eigen::Vector3d e2 = d.cross(e1);
+  for (int i = 0; i < 2 * samples_per_base; ++i) {
+    const double angle = std::numbers::pi * i / samples_per_base;
+    outline.push_back(to_ray(base + radius_m * (std::cos(angle) * e1 + std::sin(angle) * e2)));
   }
   return outline;
 }

@@ -40,10 +40,15 @@ class Backend {
 
   /// Searches `search` (cut to the image) for all parts in one pass. Pixels outside `search` do not exist: the border
   /// rules of the stages (docs/algorithm.md) apply at its edge. May be called from several threads at once.
-  /// Throws Error(kInput) for an unusable image or options, Error(kDevice) when the device fails.
+  /// The parts must be valid (PartModel::is_valid). Throws Error(kInput) for an unusable image or options,
+  /// Error(kDevice) when the device fails.
   [[nodiscard]] virtual EdgeField detect(const ImageView& image, const Roi& search, std::span<const PartModel> parts,
                                          const DetectOptions& options) = 0;
 };
+
+/// What every backend does first: the part of `search` that lies in the image. Throws Error(kInput) for an unusable
+/// image or options.
+[[nodiscard]] Roi usable_search(const ImageView& image, const Roi& search, const DetectOptions& options);
 
 struct BackendInfo {
   std::string name;

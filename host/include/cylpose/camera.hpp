@@ -49,6 +49,16 @@ void save_camera(const CameraModel& camera, const std::filesystem::path& path);
 /// Pixel of a point in front of the camera: x_pixel = K * distort(x/z, y/z). `point_in_cam` in metres, z > 0.
 [[nodiscard]] Eigen::Vector2d project(const CameraModel& camera, const Eigen::Vector3d& point_in_cam);
 
+/// The ideal camera is the camera without its distortion: same focal length and principal point. There straight lines
+/// are straight. Ray (u, v, 1) of one of its pixels, and pixel of a point in metres with z > 0.
+[[nodiscard]] inline Eigen::Vector3d ideal_ray(const CameraModel& camera, const Eigen::Vector2d& pixel) {
+  return {(pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy, 1};
+}
+[[nodiscard]] inline Eigen::Vector2d ideal_pixel(const CameraModel& camera, const Eigen::Vector3d& point_in_cam) {
+  return {camera.fx * point_in_cam.x() / point_in_cam.z() + camera.cx,
+          camera.fy * point_in_cam.y() / point_in_cam.z() + camera.cy};
+}
+
 /// Normalised, undistorted image coordinates (u, v) of pixels, so that the ray in the camera frame is (u, v, 1).
 /// Points are undistorted, never images (cv::undistortPoints, cv::fisheye::undistortPoints).
 [[nodiscard]] std::vector<Eigen::Vector2d> undistorted(const CameraModel& camera,

@@ -42,6 +42,23 @@ struct AxisLine {
 [[nodiscard]] Eigen::Matrix3d base_conic(const Eigen::Vector3d& base_center, const Eigen::Vector3d& axis,
                                          double radius_m);
 
+/// The two arcs of the base circles that bound the solid's silhouette. The point of base `b` at the angle a is
+/// centers[b] + r (cos a toward + sin a across); the arc runs from start[b] over span[b] (radians, signed). Going
+/// through arc 0 and then arc 1 is going once around the silhouette; the sides join the end of one to the start of the
+/// other.
+struct OutlineArcs {
+  Eigen::Vector3d toward;  ///< unit vector from the camera to the axis, perpendicular to it
+  Eigen::Vector3d across;  ///< axis x toward
+  std::array<Eigen::Vector3d, 2> centers;
+  std::array<double, 2> start;
+  std::array<double, 2> span;
+
+  [[nodiscard]] Eigen::Vector3d point(int base, double angle, double radius_m) const;
+};
+
+/// None when the camera is inside the infinite cylinder (no side is seen) or part of the solid lies behind the camera.
+[[nodiscard]] std::optional<OutlineArcs> outline_arcs(const CylinderPose& pose, double radius_m, double height_m);
+
 /// The visible outline of the cylinder as the solid's silhouette: a closed polygon of rays (u, v, 1),
 /// `samples_per_base` points along each base's arc. Empty when the camera is inside the cylinder or part of it lies
 /// behind the camera.

@@ -40,6 +40,9 @@ class Estimator {
   [[nodiscard]] virtual FrameEstimate estimate(const ImageView& image, StageTrace* trace = nullptr) = 0;
 };
 
+/// Throws Error(kInput) that names both sizes unless the image has the size of the calibration.
+void require_calibrated_size(const CameraModel& camera, const ImageView& image);
+
 /// Names of the methods: `default`, and `thesis` (the baseline that everything is measured against).
 [[nodiscard]] std::vector<std::string> method_names();
 

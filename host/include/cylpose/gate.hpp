@@ -19,7 +19,7 @@ struct ColorGate {
   std::int32_t any_hue;         ///< 1: the hue range is the whole circle
   std::int32_t saturation_256;  ///< floor of (max-min)/max in 1/256; at least 1 unless any_hue
   std::int32_t value;           ///< floor of max, 0..255; at least 1 unless any_hue
-  std::int32_t response_r;      ///< projection on the part's mid hue, 64 = 1.0; the G coefficient is minus the sum
+  std::int32_t response_r;      ///< projection on the mid hue in 1/64, at most 69; the G coefficient is minus the sum
   std::int32_t response_b;
   friend bool operator==(const ColorGate&, const ColorGate&) = default;
 };
@@ -45,8 +45,12 @@ struct ColorGate {
 }
 
 /// How strongly a pixel shows the part's colour, 0..255: projection on the mid hue, 255 for the fully saturated colour,
-/// 0 for greys and for hues more than 90 degrees away.
+/// 0 for greys and for hues more than 90 degrees away. A part of any hue has no such direction: there it is the chroma
+/// (max - min) when the part has a saturation floor, else the value (max). Grey images: the code itself.
 [[nodiscard]] constexpr int response(const ColorGate& gate, int r, int g, int b) {
+  if (gate.any_hue != 0) {
+    return std::max({r, g, b}) - (gate.saturation_256 != 0 ? std::min({r, g, b}) : 0);
+  }
   return std::clamp((gate.response_r * (r - g) + gate.response_b * (b - g)) / 64, 0, 255);
 }
 

@@ -7,6 +7,7 @@
 #include <cylpose/cylinder.hpp>
 #include <cylpose/edge_field.hpp>
 #include <cylpose/image.hpp>
+#include <cylpose/image_line.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,12 +21,6 @@ enum class PoseStatus : std::uint8_t {
 };
 
 [[nodiscard]] std::string_view to_string(PoseStatus status);
-
-/// An image line in pixels: all (x, y) with normal . (x, y) = distance; |normal| = 1.
-struct ImageLine {
-  Eigen::Vector2d normal;
-  double distance;
-};
 
 struct PoseEstimate {
   PoseStatus status = PoseStatus::kNone;
@@ -41,7 +36,7 @@ struct PoseEstimate {
   int support = 0;    ///< number of supporting edge points
   double seen = 0;    ///< share of the predicted outline inside the image that edge points support, 0..1
 
-  std::array<ImageLine, 2> sides{};  ///< the two side lines as measured; valid unless kNone
+  std::array<ImageLine, 2> sides{};  ///< pixels of the ideal camera; valid unless kNone
 
   [[nodiscard]] double sigma_axis_rad() const;  ///< root of the larger variance of the axis direction
 };

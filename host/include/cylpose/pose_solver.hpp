@@ -1,0 +1,68 @@
+// The sequential stages: from the edge field of one frame to the pose of every part.
+#pragma once
+
+#include <cylpose/camera.hpp>
+#include <cylpose/edge_field.hpp>
+#include <cylpose/estimator.hpp>
+#include <cylpose/line.hpp>
+#include <cylpose/part.hpp>
+#include <cylpose/pose.hpp>
+#include <cylpose/refine.hpp>
+#include <cylpose/side_pair.hpp>
+#include <string>
+#include <vector>
+
+namespace cylpose {
+
+/// What a pose must show to be called `ok`. A pose that fails is `none`, with the test that fired as its reason.
+struct CheckOptions {
+  /// Share of the predicted outline (inside the image) that edge points support. Occluders lower it; a wrong pose
+  /// seldom reaches a third. Range 0..1.
+  double min_seen = 0.4;
+  /// The same for each of the two sides.
+  double min_side_seen = 0.2;
+  /// Root mean square distance of the supporting points in pixels.
+  double max_rms_px = 0.8;
+  /// Share of the edge points inside the outline's band that support it. What an occluder or a second object of the
+  /// colour contributes lowers it. Range 0..1.
+  double min_explained = 0.4;
+  /// Coloured pixels per pixel of the predicted outline. Below: the outline is larger than what was seen.
+  double min_fill = 0.35;
+
+  [[nodiscard]] bool is_valid(std::string* why) const;
+};
+
+/// Options of all sequential stages.
+struct SolveOptions {
+  int min_chain_length = 12;       ///< pixels; shorter connected edges are noise. At least 2
+  double split_distance_px = 1.2;  ///< where a chain bends more than this from its chord it is cut (> 0)
+  int min_segment_length = 10;     ///< points; shorter straight pieces carry no direction. At least 2
+  LineOptions line;
+  SidePairOptions pair;
+  RefineOptions refine;
+  CheckOptions check;
+
+  [[nodiscard]] bool is_valid(std::string* why) const;
+};
+
+/// Solves frames independently of each other; may be used from several threads at once.
+class PoseSolver {
+ public:
+  /// Throws Error(kInput) for an invalid camera, parts or options.
+  PoseSolver(CameraModel camera, std::vector<PartModel> parts, SolveOptions options = {});
+
+  /// One estimate per part. `field` must come from a request for the same parts. Fills `trace` where one is given and
+  /// appends the stages' times to `times` where given.
+  [[nodiscard]] std::vector<PoseEstimate> solve(const EdgeField& field, StageTrace* trace = nullptr,
+                                                std::vector<StageTime>* times = nullptr) const;
+
+  [[nodiscard]] const CameraModel& camera() const { return camera_; }
+  [[nodiscard]] const std::vector<PartModel>& parts() const { return parts_; }
+
+ private:
+  CameraModel camera_;
+  std::vector<PartModel> parts_;
+  SolveOptions options_;
+};
+
+}  // namespace cylpose

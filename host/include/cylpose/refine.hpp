@@ -1,0 +1,53 @@
+// Refinement of a pose on all edge points of the outline, with its covariance.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cylpose/camera.hpp>
+#include <cylpose/contour.hpp>
+#include <cylpose/cylinder.hpp>
+#include <cylpose/outline.hpp>
+#include <cylpose/part.hpp>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace cylpose {
+
+struct RefineOptions {
+  /// Farthest distance, in pixels, at which an edge point is taken for a place of the outline in the first round. Must
+  /// cover the error of the closed-form pose; larger lets clutter in. The rounds halve it down to `final_gate_px`.
+  double first_gate_px = 6;
+  /// The same in the last rounds: what is farther away is not part of the outline.
+  double final_gate_px = 1.5;
+  /// Rounds of matching and solving at most; they end when the outline moves less than 0.002 px.
+  int rounds = 8;
+  /// Standard deviation, in pixels, of what all edge points of one side or base have in common (shading, blur): it does
+  /// not average out over the points and bounds the covariance from below.
+  double common_edge_sigma_px = 0.03;
+
+  [[nodiscard]] bool is_valid(std::string* why) const;
+};
+
+struct RefinedPose {
+  CylinderPose pose;
+  Eigen::Matrix<double, 6, 6> covariance;          ///< as PoseEstimate::covariance
+  double rms_px;                                   ///< of the supporting points' distances from the outline
+  int support;                                     ///< number of supporting points
+  std::array<double, kOutlinePieces> piece_seen;   ///< share of each piece's stations that a point supports, 0..1; only
+                                                   ///< stations inside the image count
+  std::array<int, kOutlinePieces> piece_stations;  ///< number of stations inside the image
+};
+
+/// Minimises the distances of the edge points from the outline over the centre (3) and the axis direction (2), with
+/// Cauchy weights. The first-order change of the outline with the pose is that of the contour's surface points
+/// (docs/algorithm.md, "Refinement"). `start` also serves as a weak prior for the place along the axis, with a standard
+/// deviation of half the height, so that hidden bases leave a large variance and not a singular problem.
+/// None when fewer than `kMinSupport` points support the outline or the solution leaves the field of view.
+[[nodiscard]] std::optional<RefinedPose> refine(const CameraModel& camera, const PartModel& part,
+                                                const CylinderPose& start, std::span<const EdgePoint> points,
+                                                const RefineOptions& options);
+
+inline constexpr int kMinSupport = 12;
+
+}  // namespace cylpose

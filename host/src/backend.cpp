@@ -1,0 +1,87 @@
+#include <algorithm>
+#include <cylpose/backend.hpp>
+#include <cylpose/error.hpp>
+#include <mutex>
+#include <utility>
+
+#include "builtin_backends.hpp"
+
+namespace cylpose {
+namespace {
+
+// Built on first use, so that libraries may register from their static initialisers whatever the order.
+class Registry {
+ public:
+  static Registry& instance() {
+    static Registry registry;
+    return registry;
+  }
+
+  std::vector<BackendInfo> all() const {
+    const std::scoped_lock lock(mutex_);
+    return infos_;
+  }
+
+  void add(BackendInfo info) {
+    const std::scoped_lock lock(mutex_);
+    if (std::ranges::find(infos_, info.name, &BackendInfo::name) != infos_.end()) {
+      throw Error(ErrorKind::kInput, "a backend named '" + info.name + "' is registered already; choose another name");
+    }
+    infos_.push_back(std::move(info));
+  }
+
+ private:
+  Registry() : infos_{{"serial", "plain C++ on one thread; defines the right answer", make_serial_backend}} {}
+
+  mutable std::mutex mutex_;
+  std::vector<BackendInfo> infos_;
+};
+
+}  // namespace
+
+bool DetectOptions::is_valid(std::string* why) const {
+  const auto refuse = [why](std::string reason) {
+    if (why != nullptr) *why = std::move(reason);
+    return false;
+  };
+  if (edge_high < 1 || edge_high > 255) {
+    return refuse("edge_high is " + std::to_string(edge_high) + "; it must be 1 to 255 levels per pixel");
+  }
+  if (edge_low < 1 || edge_low > edge_high) {
+    return refuse("edge_low is " + std::to_string(edge_low) + "; it must be 1 to edge_high (" +
+                  std::to_string(edge_high) + ") levels per pixel");
+  }
+  return true;
+}
+
+Roi usable_search(const ImageView& image, const Roi& search, const DetectOptions& options) {
+  require_usable(image);
+  if (std::string why; !options.is_valid(&why)) {
+    throw Error(ErrorKind::kInput, "options of the edge detection: " + why);
+  }
+  return intersection(search, image.bounds());
+}
+
+std::vector<BackendInfo> backends() {
+  return Registry::instance().all();
+}
+
+void register_backend(BackendInfo info) {
+  Registry::instance().add(std::move(info));
+}
+
+std::unique_ptr<Backend> make_backend(std::string_view name) {
+  // The copy lets make() run without the lock: it may take long (a device) or register backends itself.
+  const std::vector<BackendInfo> known = backends();
+  const auto found = std::ranges::find(known, name, &BackendInfo::name);
+  if (found == known.end()) {
+    std::string names;
+    for (const BackendInfo& info : known) {
+      names += (names.empty() ? "" : ", ") + info.name;
+    }
+    throw Error(ErrorKind::kInput, "there is no backend '" + std::string(name) + "'; known are: " + names);
+  }
+  return found->make();
+}
+
+}  // namespace cylpose

@@ -1,0 +1,11 @@
+// The backends that every build of the host library has.
+#pragma once
+
+#include <cylpose/backend.hpp>
+#include <memory>
+
+namespace cylpose {
+
+[[nodiscard]] std::unique_ptr<Backend> make_serial_backend();
+
+}  // namespace cylpose

@@ -1,0 +1,194 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cylpose/contour.hpp>
+#include <optional>
+
+namespace cylpose {
+namespace {
+
+// The up to eight neighbours of every edge pixel, found by walking pairs of rows side by side.
+class Neighbours {
+ public:
+  explicit Neighbours(std::span<const EdgePixel> edges) : of_(edges.size()) {
+    std::size_t above = 0;
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      const EdgePixel& pixel = edges[i];
+      if (i > 0 && edges[i - 1].y == pixel.y && edges[i - 1].x == pixel.x - 1) link(i - 1, i);
+      while (edges[above].y < pixel.y - 1 || (edges[above].y == pixel.y - 1 && edges[above].x < pixel.x - 1)) ++above;
+      for (std::size_t k = above; edges[k].y == pixel.y - 1 && edges[k].x <= pixel.x + 1; ++k) link(k, i);
+    }
+  }
+
+  [[nodiscard]] std::span<const int> operator[](int i) const {
+    const List& list = of_[static_cast<std::size_t>(i)];
+    return {list.index.data(), static_cast<std::size_t>(list.count)};
+  }
+
+ private:
+  struct List {
+    std::array<int, 8> index;
+    int count = 0;
+  };
+
+  void link(std::size_t a, std::size_t b) {
+    of_[a].index[static_cast<std::size_t>(of_[a].count++)] = static_cast<int>(b);
+    of_[b].index[static_cast<std::size_t>(of_[b].count++)] = static_cast<int>(a);
+  }
+
+  std::vector<List> of_;
+};
+
+struct Step {
+  int x;
+  int y;
+};
+
+Step step_between(const EdgePixel& from, const EdgePixel& to) {
+  return {to.x - from.x, to.y - from.y};
+}
+
+// The unvisited neighbour that best continues the way so far; a direct neighbour before a diagonal one where both do.
+std::optional<int> next_neighbour(int at, Step heading, std::span<const EdgePixel> edges, const Neighbours& neighbours,
+                                  const std::vector<bool>& visited) {
+  std::optional<int> best;
+  double best_score = 0;
+  for (const int candidate : neighbours[at]) {
+    if (visited[static_cast<std::size_t>(candidate)]) continue;
+    const Step step = step_between(edges[static_cast<std::size_t>(at)], edges[static_cast<std::size_t>(candidate)]);
+    const double length = std::hypot(step.x, step.y);
+    const double score = (step.x * heading.x + step.y * heading.y) / length - 0.1 * length;
+    if (!best || score > best_score) {
+      best = candidate;
+      best_score = score;
+    }
+  }
+  return best;
+}
+
+void follow(Chain& chain, std::span<const EdgePixel> edges, const Neighbours& neighbours, std::vector<bool>& visited) {
+  constexpr std::size_t kHeadingSpan =
+      4;  // the heading is that of the last few pixels: one step knows only 8 directions
+  while (true) {
+    const int at = chain.back();
+    const int before = chain[chain.size() > kHeadingSpan ? chain.size() - 1 - kHeadingSpan : 0];
+    const Step heading = step_between(edges[static_cast<std::size_t>(before)], edges[static_cast<std::size_t>(at)]);
+    const auto next = next_neighbour(at, heading, edges, neighbours, visited);
+    if (!next) return;
+    visited[static_cast<std::size_t>(*next)] = true;
+    chain.push_back(*next);
+  }
+}
+
+double distance_to_chord(const Eigen::Vector2d& point, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+  const Eigen::Vector2d chord = to - from;
+  const Eigen::Vector2d offset = point - from;
+  const double length = chord.norm();
+  return length > 0 ? std::abs(chord.x() * offset.y() - chord.y() * offset.x()) / length : offset.norm();
+}
+
+}  // namespace
+
+std::vector<EdgePixel> with_hysteresis(std::span<const EdgePixel> edges) {
+  const Neighbours neighbours(edges);
+  std::vector<bool> kept(edges.size(), false);
+  std::vector<int> to_visit;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (edges[i].strength == EdgeStrength::kStrong) {
+      kept[i] = true;
+      to_visit.push_back(static_cast<int>(i));
+    }
+  }
+  while (!to_visit.empty()) {
+    const int at = to_visit.back();
+    to_visit.pop_back();
+    for (const int neighbour : neighbours[at]) {
+      if (!kept[static_cast<std::size_t>(neighbour)]) {
+        kept[static_cast<std::size_t>(neighbour)] = true;
+        to_visit.push_back(neighbour);
+      }
+    }
+  }
+  std::vector<EdgePixel> result;
+  result.reserve(edges.size());
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (kept[i]) result.push_back(edges[i]);
+  }
+  return result;
+}
+
+std::vector<EdgePoint> edge_points(const CameraModel& camera, std::span<const EdgePixel> edges) {
+  std::vector<EdgePoint> points;
+  std::vector<Eigen::Vector2d> located;
+  points.reserve(edges.size());
+  located.reserve(edges.size());
+  for (const EdgePixel& edge : edges) {
+    const Eigen::Vector2d inward = Eigen::Vector2d(edge.gx, edge.gy).normalized();
+    located.emplace_back(Eigen::Vector2d(edge.x, edge.y) + inward * (edge.offset_256 / 256.0));
+    points.push_back({located.back(), inward});
+  }
+  if (camera.distortion_model != DistortionModel::kNone) {
+    const std::vector<Eigen::Vector2d> rays = undistorted(camera, located);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      points[i].position_px = ideal_pixel(camera, {rays[i].x(), rays[i].y(), 1});
+    }
+  }
+  return points;
+}
+
+std::vector<Chain> extract_chains(std::span<const EdgePixel> edges, int min_length) {
+  const Neighbours neighbours(edges);
+  std::vector<bool> visited(edges.size(), false);
+  std::vector<Chain> chains;
+  for (std::size_t start = 0; start < edges.size(); ++start) {
+    if (visited[start]) continue;
+    visited[start] = true;
+    Chain chain{static_cast<int>(start)};
+    follow(chain, edges, neighbours, visited);
+    std::reverse(chain.begin(), chain.end());
+    follow(chain, edges, neighbours, visited);
+    if (static_cast<int>(chain.size()) >= min_length) chains.push_back(std::move(chain));
+  }
+  return chains;
+}
+
+std::vector<Chain> split_where_bent(std::span<const Chain> chains, std::span<const EdgePoint> points,
+                                    double max_distance_px, int min_length) {
+  struct Piece {
+    std::size_t first;
+    std::size_t last;
+  };
+  std::vector<Chain> segments;
+  std::vector<Piece> to_check;
+  for (const Chain& chain : chains) {
+    const auto position = [&](std::size_t i) -> const Eigen::Vector2d& {
+      return points[static_cast<std::size_t>(chain[i])].position_px;
+    };
+    to_check.push_back({0, chain.size() - 1});
+    while (!to_check.empty()) {
+      const Piece piece = to_check.back();
+      to_check.pop_back();
+      if (static_cast<int>(piece.last - piece.first) + 1 < min_length) continue;
+      std::size_t farthest = piece.first;
+      double distance = 0;
+      for (std::size_t i = piece.first + 1; i < piece.last; ++i) {
+        const double d = distance_to_chord(position(i), position(piece.first), position(piece.last));
+        if (d > distance) {
+          distance = d;
+          farthest = i;
+        }
+      }
+      if (distance < max_distance_px) {
+        segments.emplace_back(chain.begin() + static_cast<std::ptrdiff_t>(piece.first),
+                              chain.begin() + static_cast<std::ptrdiff_t>(piece.last) + 1);
+      } else {
+        to_check.push_back({farthest, piece.last});
+        to_check.push_back({piece.first, farthest});
+      }
+    }
+  }
+  return segments;
+}
+
+}  // namespace cylpose

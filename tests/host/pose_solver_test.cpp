@@ -1,0 +1,208 @@
+#include <gtest/gtest.h>
+
+#include <cylpose/error.hpp>
+#include <cylpose/pose_solver.hpp>
+#include <limits>
+
+#include "ideal_edges.hpp"
+
+namespace cylpose {
+namespace {
+
+using testing::axis_angle;
+using testing::field_of;
+using testing::ideal_edges;
+using testing::IdealEdges;
+using testing::random_pose;
+using testing::test_camera;
+using testing::test_part;
+
+class PoseSolverTest : public ::testing::Test {
+ protected:
+  PoseEstimate solve(const CylinderPose& pose, const IdealEdges& how = {}) const {
+    return solver.solve(field_of(camera, ideal_edges(camera, part, pose, how))).at(0);
+  }
+
+  CameraModel camera = test_camera();
+  PartModel part = test_part();
+  PoseSolver solver{camera, {part}};
+};
+
+TEST_F(PoseSolverTest, PerfectEdgesGiveThePerfectPose) {
+  std::mt19937 random(11);
+  for (int i = 0; i < 200; ++i) {
+    const CylinderPose pose = random_pose(random, part);
+    const PoseEstimate estimate = solve(pose);
+    ASSERT_EQ(estimate.status, PoseStatus::kOk) << i << ": " << estimate.reason;
+    EXPECT_LT((estimate.pose.center_in_cam - pose.center_in_cam).norm(), 1e-3 * pose.center_in_cam.z()) << i;
+    EXPECT_LT(axis_angle(estimate.pose.axis_in_cam, pose.axis_in_cam), 0.01) << i;
+    EXPECT_GT(estimate.seen, 0.9) << i;
+  }
+}
+
+TEST_F(PoseSolverTest, CovarianceMatchesTheErrors) {
+  std::mt19937 random(12);
+  double normalised = 0;
+  constexpr int kScenes = 200;
+  for (int i = 0; i < kScenes; ++i) {
+    const CylinderPose pose = random_pose(random, part);
+    IdealEdges how;
+    how.noise_px = 0.2;
+    how.seed = static_cast<unsigned>(i);
+    const PoseEstimate estimate = solve(pose, how);
+    ASSERT_EQ(estimate.status, PoseStatus::kOk) << i << ": " << estimate.reason;
+    const Eigen::Vector3d error = estimate.pose.center_in_cam - pose.center_in_cam;
+    normalised += error.dot(estimate.covariance.topLeftCorner<3, 3>().ldlt().solve(error));
+  }
+  // Mean of chi-squared with 3 degrees of freedom; the common edge error that the covariance allows for is not in here.
+  EXPECT_GT(normalised / kScenes, 0.3 * 3);
+  EXPECT_LT(normalised / kScenes, 1.3 * 3);
+}
+
+TEST_F(PoseSolverTest, RollIsUnobservable) {
+  const CylinderPose pose{{0.1, 0, 2}, Eigen::Vector3d(0.3, -0.9, 0.2).normalized()};
+  const PoseEstimate estimate = solve(pose);
+  ASSERT_EQ(estimate.status, PoseStatus::kOk);
+  const Eigen::Vector3d& d = estimate.pose.axis_in_cam;
+  EXPECT_NEAR(d.dot(estimate.covariance.bottomRightCorner<3, 3>() * d), kUnobservableRoll, 1e-9);
+  EXPECT_LT(estimate.sigma_axis_rad(), 0.01);
+}
+
+TEST_F(PoseSolverTest, AxisHasTheFixedSign) {
+  const PoseEstimate estimate = solve({{0, 0, 2}, Eigen::Vector3d(0.1, 0.9, 0.1).normalized()});
+  ASSERT_EQ(estimate.status, PoseStatus::kOk);
+  EXPECT_LT(estimate.pose.axis_in_cam.y(), 0);
+}
+
+TEST_F(PoseSolverTest, OneBaseHiddenTheOtherGivesTheCentre) {
+  const CylinderPose pose{{0, 0, 1.5}, Eigen::Vector3d(0, -1, 0.2).normalized()};
+  IdealEdges how;
+  how.is_visible = [](const Eigen::Vector2d& p) { return p.y() > 300; };
+  const PoseEstimate estimate = solve(pose, how);
+  ASSERT_EQ(estimate.status, PoseStatus::kOk) << estimate.reason;
+  EXPECT_LT((estimate.pose.center_in_cam - pose.center_in_cam).norm(), 2e-3);
+}
+
+TEST_F(PoseSolverTest, BothBasesHiddenTheCovarianceSaysSo) {
+  const CylinderPose pose{{0, 0, 1.5}, -Eigen::Vector3d::UnitY()};
+  IdealEdges how;
+  how.noise_px = 0.05;
+  how.is_visible = [](const Eigen::Vector2d& p) { return p.y() > 240 && p.y() < 500; };
+  const PoseEstimate estimate = solve(pose, how);
+  ASSERT_EQ(estimate.status, PoseStatus::kOk) << estimate.reason;
+  EXPECT_GT(estimate.covariance(1, 1), 0.01 * 0.01);
+  EXPECT_LT(estimate.covariance(0, 0), 0.001 * 0.001);
+  EXPECT_LT(std::abs(estimate.pose.center_in_cam.y() - pose.center_in_cam.y()),
+            3 * std::sqrt(estimate.covariance(1, 1)));
+}
+
+TEST_F(PoseSolverTest, ABarAcrossTheMiddleLeavesThePose) {
+  const CylinderPose pose{{0, 0, 1.5}, Eigen::Vector3d(0.2, -1, 0.2).normalized()};
+  IdealEdges how;
+  how.is_visible = [](const Eigen::Vector2d& p) { return p.y() < 310 || p.y() > 400; };
+  const PoseEstimate estimate = solve(pose, how);
+  ASSERT_EQ(estimate.status, PoseStatus::kOk) << estimate.reason;
+  EXPECT_LT((estimate.pose.center_in_cam - pose.center_in_cam).norm(), 1e-3);
+}
+
+TEST_F(PoseSolverTest, PartlyOutsideTheImage) {
+  const CylinderPose pose{{0.05, -0.35, 1.2}, Eigen::Vector3d(0.1, -1, 0.1).normalized()};
+  const PoseEstimate estimate = solve(pose);
+  ASSERT_EQ(estimate.status, PoseStatus::kOk) << estimate.reason;
+  EXPECT_LT((estimate.pose.center_in_cam - pose.center_in_cam).norm(), 2e-3);
+}
+
+TEST_F(PoseSolverTest, DistortedEdgesGiveTheSamePose) {
+  CameraModel distorted = camera;
+  distorted.distortion_model = DistortionModel::kPlumbBob;
+  distorted.distortion = {-0.2, 0.05, 0.001, -0.0005, 0};
+  const PoseSolver with_lens(distorted, {part});
+  const CylinderPose pose{{0.3, 0.1, 1.5}, Eigen::Vector3d(0.4, -1, 0.2).normalized()};
+  PartEdges edges = ideal_edges(camera, part, pose);
+  std::vector<EdgePixel> moved;
+  for (const EdgePixel& edge : edges.edges) {
+    const Eigen::Vector2d inward = Eigen::Vector2d(edge.gx, edge.gy).normalized();
+    const Eigen::Vector2d ideal = Eigen::Vector2d(edge.x, edge.y) + inward * (edge.offset_256 / 256.0);
+    const Eigen::Vector2d seen = project(distorted, ideal_ray(camera, ideal));
+    EdgePixel pixel = edge;
+    pixel.x = static_cast<std::int16_t>(std::lround(seen.x()));
+    pixel.y = static_cast<std::int16_t>(std::lround(seen.y()));
+    // The part of the displacement along the border does not matter.
+    pixel.offset_256 =
+        static_cast<std::int16_t>(std::lround(256 * inward.dot(seen - Eigen::Vector2d(pixel.x, pixel.y))));
+    moved.push_back(pixel);
+  }
+  std::sort(moved.begin(), moved.end(),
+            [](const EdgePixel& a, const EdgePixel& b) { return std::pair(a.y, a.x) < std::pair(b.y, b.x); });
+  moved.erase(std::unique(moved.begin(), moved.end(),
+                          [](const EdgePixel& a, const EdgePixel& b) { return a.y == b.y && a.x == b.x; }),
+              moved.end());
+  edges.edges = moved;
+  const PoseEstimate estimate = with_lens.solve(field_of(camera, edges)).at(0);
+  ASSERT_EQ(estimate.status, PoseStatus::kOk) << estimate.reason;
+  EXPECT_LT((estimate.pose.center_in_cam - pose.center_in_cam).norm(), 3e-3);
+}
+
+TEST_F(PoseSolverTest, NothingGivesNoneAndAReason) {
+  const PoseEstimate estimate = solver.solve(field_of(camera, {})).at(0);
+  EXPECT_EQ(estimate.status, PoseStatus::kNone);
+  EXPECT_NE(estimate.reason.find("colour"), std::string::npos);
+}
+
+TEST_F(PoseSolverTest, ACylinderOfAnotherShapeIsNoCylinderOfOurs) {
+  PartModel longer = part;
+  longer.height_m = 3 * part.height_m;
+  const CylinderPose pose{{0, 0, 3}, -Eigen::Vector3d::UnitY()};
+  const PoseEstimate estimate = solver.solve(field_of(camera, ideal_edges(camera, longer, pose))).at(0);
+  EXPECT_EQ(estimate.status, PoseStatus::kNone);
+  EXPECT_FALSE(estimate.reason.empty());
+}
+
+TEST_F(PoseSolverTest, RandomDotsAreNoCylinder) {
+  std::mt19937 random(13);
+  std::uniform_int_distribution<int> coordinate(0, 700);
+  std::uniform_int_distribution<int> gradient(-500, 500);
+  for (int i = 0; i < 20; ++i) {
+    std::map<std::pair<int, int>, EdgePixel> pixels;
+    for (int k = 0; k < 4000; ++k) {
+      const auto x = static_cast<std::int16_t>(coordinate(random));
+      const auto y = static_cast<std::int16_t>(coordinate(random));
+      pixels[{y, x}] = {x, y, static_cast<std::int16_t>(gradient(random) + 1000), 0, 0, EdgeStrength::kStrong};
+    }
+    PartEdges edges;
+    for (const auto& [place, pixel] : pixels) edges.edges.push_back(pixel);
+    edges.region.add(300, 300);
+    edges.region.add(400, 400);
+    EXPECT_EQ(solver.solve(field_of(camera, edges)).at(0).status, PoseStatus::kNone);
+  }
+}
+
+TEST_F(PoseSolverTest, TraceShowsWhatTheStagesSaw) {
+  const CylinderPose pose{{0, 0, 1.5}, -Eigen::Vector3d::UnitY()};
+  StageTrace trace;
+  std::vector<StageTime> times;
+  (void)solver.solve(field_of(camera, ideal_edges(camera, part, pose)), &trace, &times);
+  ASSERT_EQ(trace.parts.size(), 1U);
+  EXPECT_GT(trace.parts[0].edges.size(), 500U);
+  EXPECT_FALSE(trace.parts[0].chains.empty());
+  EXPECT_GE(trace.parts[0].segments.size(), 2U);
+  EXPECT_GE(trace.parts[0].lines.size(), 2U);
+  ASSERT_EQ(times.size(), 5U);
+  EXPECT_EQ(times[0].stage, "hysteresis");
+}
+
+TEST_F(PoseSolverTest, RefusesWhatCannotBeSolved) {
+  EXPECT_THROW((void)solver.solve(EdgeField{}), Error);
+  PartModel bad = part;
+  bad.radius_m = -1;
+  EXPECT_THROW(PoseSolver(camera, {bad}), Error);
+  SolveOptions options;
+  options.check.min_seen = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(PoseSolver(camera, {part}, options), Error);
+  CameraModel uncalibrated = camera;
+  uncalibrated.fx = 0;
+  EXPECT_THROW(PoseSolver(uncalibrated, {part}), Error);
+}
+
+}  // namespace
+}  // namespace cylpose
