@@ -72,7 +72,7 @@ void save_truth(const std::vector<CylinderPose>& poses, const std::filesystem::p
     text +=
         fmt::format("{},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}\n", frame, c.x(), c.y(), c.z(), a.x(), a.y(), a.z());
   }
-  write_text_file(path, text);
+  write_file(path, text);
 }
 
 bool SequenceOptions::is_valid(std::string* why) const {
