@@ -58,37 +58,49 @@ class LensRays {
 // A low-discrepancy set of places in a pixel: the Fibonacci lattice, best possible for its number of points. Every
 // pixel shifts it (modulo 1) by its own random amount: the mean over the places then has no bias, and neighbouring
 // pixels of one edge do not err alike, which a common lattice would do along a vertical side.
-class PixelLattice {
- public:
-  static constexpr int kPoints = 233;     // Fibonacci numbers,
-  static constexpr int kGenerator = 144;  // one after the other
+struct Lattice {
+  int points;     // Fibonacci numbers,
+  int generator;  // one before the other
+};
+constexpr Lattice kExact = {233, 144};  // where a part's border may be
+constexpr Lattice kSmooth = {34, 21};   // at other edges, which only have to look well
+constexpr Lattice kCenter = {1, 0};     // away from edges
 
-  PixelLattice(int x, int y) {
+class PixelPlaces {
+ public:
+  PixelPlaces(const Lattice& lattice, int x, int y) : lattice_(lattice) {
     const std::uint64_t bits = mixed((static_cast<std::uint64_t>(y) << 32) + static_cast<std::uint64_t>(x) + 1);
     shift_right_ = unit_interval(bits << 32);
     shift_down_ = unit_interval(bits);
   }
 
-  [[nodiscard]] double right(int i) const { return wrapped(static_cast<double>(i) / kPoints + shift_right_); }
-  [[nodiscard]] double down(int i) const {
-    return wrapped(static_cast<double>(i * kGenerator % kPoints) / kPoints + shift_down_);
-  }
+  [[nodiscard]] double right(int i) const { return place(i, shift_right_); }
+  [[nodiscard]] double down(int i) const { return place(i * lattice_.generator % lattice_.points, shift_down_); }
 
  private:
-  static double wrapped(double share) { return share - std::floor(share) - 0.5; }
+  [[nodiscard]] double place(int i, double shift) const {
+    const double share = static_cast<double>(i) / lattice_.points + shift;
+    return share - std::floor(share) - 0.5;
+  }
 
-  double shift_right_, shift_down_;
+  Lattice lattice_;
+  double shift_right_ = 0;
+  double shift_down_ = 0;
 };
 
-// Some pixel beside (x, y) shows another surface, so an edge may cross this one.
-bool is_near_edge(const cv::Mat& surfaces, int x, int y) {
-  const auto own = surfaces.at<int>(y, x);
+// An edge can only cross a pixel if one beside it shows another surface at its centre.
+const Lattice& lattice_for(const cv::Mat& surfaces, int x, int y) {
+  const auto own = static_cast<std::uint32_t>(surfaces.at<int>(y, x));
+  const Lattice* lattice = &kCenter;
   for (int ny = std::max(0, y - 1); ny <= std::min(surfaces.rows - 1, y + 1); ++ny) {
     for (int nx = std::max(0, x - 1); nx <= std::min(surfaces.cols - 1, x + 1); ++nx) {
-      if (surfaces.at<int>(ny, nx) != own) return true;
+      const auto other = static_cast<std::uint32_t>(surfaces.at<int>(ny, nx));
+      if (other == own) continue;
+      if (((own | other) & kPartBit) != 0) return kExact;
+      lattice = &kSmooth;
     }
   }
-  return false;
+  return *lattice;
 }
 
 // The mean of `probe` over every pixel. A probe takes a ray and gives {value, surface}; Value is a Sum of less
@@ -110,13 +122,14 @@ cv::Mat integrate(const CameraModel& camera, const Rays& rays, const Probe& prob
   cv::parallel_for_(all_rows, [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < camera.width; ++x) {
-        if (!is_near_edge(surfaces, x, y)) continue;
-        const PixelLattice lattice(x, y);
+        const Lattice& lattice = lattice_for(surfaces, x, y);
+        if (lattice.points == 1) continue;
+        const PixelPlaces places(lattice, x, y);
         Sum sum{};
-        for (int i = 0; i < PixelLattice::kPoints; ++i) {
-          sum += probe(rays.at(x, y, lattice.right(i), lattice.down(i))).first;
+        for (int i = 0; i < lattice.points; ++i) {
+          sum += probe(rays.at(x, y, places.right(i), places.down(i))).first;
         }
-        image(y, x) = static_cast<Value>(sum * (1.0 / PixelLattice::kPoints));
+        image(y, x) = static_cast<Value>(sum * (1.0 / lattice.points));
       }
     }
   });
@@ -156,8 +169,8 @@ cv::Mat render_coverage(const Scene& scene, std::size_t part) {
   }
   const SceneTracer tracer(scene);
   return integrate<float, double>(scene.camera, [&](const Eigen::Vector2d& ray) {
-    const std::uint32_t solid = tracer.solid_along(ray);
-    return std::pair(solid == part ? 1.0 : 0.0, solid);
+    const bool seen = tracer.solid_along(ray) == part;
+    return std::pair(seen ? 1.0 : 0.0, seen ? kPartBit : 0U);
   });
 }
 

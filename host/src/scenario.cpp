@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cylpose/error.hpp>
 #include <cylpose/scenario.hpp>
-#include <iterator>
+#include <string>
 
 #include "scenario_parts.hpp"
 
@@ -10,7 +10,7 @@ namespace {
 
 std::vector<Scenario> all_scenarios() {
   std::vector<Scenario> all;
-  for (auto& group : {test_series()}) {
+  for (const auto& group : {single_cases(), test_series(), std::vector{moving_arm()}, hard_cases()}) {
     all.insert(all.end(), group.begin(), group.end());
   }
   return all;

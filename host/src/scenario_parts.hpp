@@ -46,6 +46,10 @@ struct PaintedPart {
 /// Grey clouds, for a background with structure but without hue.
 [[nodiscard]] Texture grey_clouds(std::uint32_t seed);
 
-[[nodiscard]] std::vector<Scenario> test_series();    ///< series1 to series4
+[[nodiscard]] std::vector<Scenario> single_cases();  ///< fig5.2 to fig5.7
+[[nodiscard]] std::vector<Scenario> test_series();   ///< series1 to series4
+[[nodiscard]] std::vector<Scenario> hard_cases();    ///< occlusion and candle
+[[nodiscard]] Scenario still_arm();                  ///< fig5.6
+[[nodiscard]] Scenario moving_arm();                 ///< manipulator
 
 }  // namespace cylpose

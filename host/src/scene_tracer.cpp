@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cylpose/error.hpp>
 #include <limits>
@@ -123,7 +124,8 @@ Eigen::Vector2d texture_point(const Solid& solid, const Eigen::Vector3d& offset_
 
 }  // namespace
 
-SceneTracer::SceneTracer(const Scene& scene) : lighting_(scene.lighting), background_(scene.background) {
+SceneTracer::SceneTracer(const Scene& scene)
+    : part_count_(scene.parts.size()), lighting_(scene.lighting), background_(scene.background) {
   if (lighting_.at_infinity) lighting_.light_in_cam.normalize();
   const std::size_t count = scene.parts.size() + scene.others.size();
   for (std::size_t i = 0; i < count; ++i) {
@@ -160,7 +162,7 @@ std::optional<SceneTracer::Hit> SceneTracer::first_hit(const Eigen::Vector2d& ra
     }
     const auto entry = enter(bounded.solid, Eigen::Vector3d::Zero(), {ray.x(), ray.y(), 1});
     if (entry && (!first || entry->t < first->t)) {
-      first = Hit{entry->t, entry->normal_in_cam, entry->face, static_cast<std::uint32_t>(i)};
+      first = Hit{entry->t, entry->normal_in_cam, entry->face, i};
     }
   }
   return first;
@@ -181,7 +183,7 @@ LightSample SceneTracer::light_along(const Eigen::Vector2d& ray) const {
   const auto hit = first_hit(ray);
   if (!hit) {
     const TextureSample background = sample(background_, ray.x(), ray.y());
-    return {background.color, kBackground - background.cell};
+    return {background.color, background.cell};
   }
   const Bounded& bounded = solids_[hit->solid];
   const Material& material = bounded.solid.material;
@@ -204,12 +206,15 @@ LightSample SceneTracer::light_along(const Eigen::Vector2d& ray) const {
       light.array() += lighting_.key * material.specular * std::pow(mirror, material.exponent);
     }
   }
-  return {light, (hit->solid << 5) | (hit->face << 2) | (texture.cell << 1) | (shadowed ? 1U : 0U)};
+  // Solids count from 1 here: 0 is the background. A face takes three bits.
+  const auto solid = static_cast<std::uint32_t>(hit->solid + 1);
+  return {light, (hit->solid < part_count_ ? kPartBit : 0U) | (solid << 5) | (hit->face << 2) | (texture.cell << 1) |
+                     (shadowed ? 1U : 0U)};
 }
 
-std::uint32_t SceneTracer::solid_along(const Eigen::Vector2d& ray) const {
+std::optional<std::size_t> SceneTracer::solid_along(const Eigen::Vector2d& ray) const {
   const auto hit = first_hit(ray);
-  return hit ? hit->solid : kBackground;
+  return hit ? std::optional(hit->solid) : std::nullopt;
 }
 
 }  // namespace cylpose

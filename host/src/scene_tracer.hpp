@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <cylpose/scene.hpp>
 #include <optional>
@@ -11,21 +12,21 @@ namespace cylpose {
 
 struct LightSample {
   LinearRgb light;
-  std::uint32_t surface;  ///< differs between samples with an edge of any kind between them
+  std::uint32_t surface;  ///< differs between samples with an edge of any kind between them; has kPartBit on a part
 };
+
+inline constexpr std::uint32_t kPartBit = 1U << 31;
 
 class SceneTracer {
  public:
-  static constexpr std::uint32_t kBackground = UINT32_MAX;
-
   /// Throws Error(kInput) for solids without size. Keeps no reference to the scene.
   explicit SceneTracer(const Scene& scene);
 
   /// Light along the ray (u, v, 1).
   [[nodiscard]] LightSample light_along(const Eigen::Vector2d& ray) const;
 
-  /// Index (solid_at) of what the ray meets first, or kBackground.
-  [[nodiscard]] std::uint32_t solid_along(const Eigen::Vector2d& ray) const;
+  /// Index (solid_at) of what the ray (u, v, 1) meets first; none for the background.
+  [[nodiscard]] std::optional<std::size_t> solid_along(const Eigen::Vector2d& ray) const;
 
  private:
   struct Bounded {
@@ -38,13 +39,14 @@ class SceneTracer {
     double t;
     Eigen::Vector3d normal_in_cam;
     std::uint32_t face;
-    std::uint32_t solid;
+    std::size_t solid;
   };
 
   [[nodiscard]] std::optional<Hit> first_hit(const Eigen::Vector2d& ray) const;
   [[nodiscard]] bool is_shadowed(const Eigen::Vector3d& point, const Eigen::Vector3d& to_light) const;
 
   std::vector<Bounded> solids_;
+  std::size_t part_count_;
   Lighting lighting_;
   Texture background_;
 };

@@ -11,8 +11,8 @@ namespace cylpose {
 
 /// The light on every pixel: CV_32FC3, channels B G R, linear, not limited to 1. A pixel is the mean over its square
 /// [x - 0.5, x + 0.5) x [y - 0.5, y + 0.5), its centre (x, y); the lens distortion of the camera is honoured.
-/// Pixels that an edge crosses or touches are integrated with a shifted lattice of 233 rays, so that the error of a
-/// border's place has no bias and is about 0.003 px in one pixel; all others with the ray through their centre.
+/// Pixels at the border of a part are integrated with a shifted lattice of 233 rays, so that the border's place has no
+/// bias and errs by about 0.003 px in one pixel; at other edges 34 rays do; elsewhere the ray through the centre.
 /// Throws Error(kInput) for a camera or part that cannot be.
 [[nodiscard]] cv::Mat render(const Scene& scene);
 

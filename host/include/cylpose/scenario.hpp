@@ -1,7 +1,8 @@
 // Ready-made synthetic sequences by name: the single cases and test series of the thesis (chapter 5.1.2) and the cases
-// that it leaves open.
+// that it leaves open; and random scenes for tests.
 #pragma once
 
+#include <cstdint>
 #include <cylpose/part.hpp>
 #include <cylpose/render.hpp>
 #include <cylpose/scene.hpp>
@@ -40,5 +41,17 @@ struct Scenario {
 
 /// The camera of all scenarios: 1280x720, focal length 1215 px as the thesis's webcam, centred, no distortion.
 [[nodiscard]] CameraModel scenario_camera();
+
+/// A still picture of which a method under test knows only what it may: camera, part and image.
+struct RandomScene {
+  Scene scene;
+  PartModel part;  ///< of scene.parts[0]
+  DegradeOptions degrade;
+};
+
+/// The cylinder of r = 0.05 m, h = 0.4 m in a random pose at 0.8 to 5 m, wholly inside the image, the axis more than 30
+/// degrees from the line of sight, in random colour and light before a random background of other hue. The same seed
+/// gives the same scene everywhere.
+[[nodiscard]] RandomScene random_scene(std::uint64_t seed);
 
 }  // namespace cylpose
