@@ -19,5 +19,6 @@ enum ExitCode {
 void add_devices_command(CLI::App& app);
 void add_estimate_command(CLI::App& app);
 void add_evaluate_command(CLI::App& app);
+void add_synth_command(CLI::App& app);
 
 }  // namespace cylpose::apps

@@ -35,6 +35,8 @@ int main(int argc, char** argv) {
   apps::add_evaluate_command(app);
   apps::add_devices_command(app);
 
+  apps::add_synth_command(app);
+
   try {
     app.parse(argc, argv);
     return apps::kSuccess;

@@ -151,7 +151,6 @@ TEST(ThesisPose, CovarianceIsTheSpreadOfRoundedLines) {
   const Eigen::Vector2d mean = ideal_pixel(truth.center_in_cam);
   std::array<ThesisLine, 2> sides;
   std::array<Eigen::Vector2d, 2> middles;
-  std::array<double, 2> turn_sigmas;
   constexpr double kLength = 300;
   const auto planes = side_planes(truth, kRadius).value();
   for (std::size_t k = 0; k < 2; ++k) {
@@ -159,8 +158,6 @@ TEST(ThesisPose, CovarianceIsTheSpreadOfRoundedLines) {
     sides[k].rho_rad = std::atan2(line.normal.y(), line.normal.x());
     sides[k].delta_px = line.distance;
     const Eigen::Vector2d direction(-line.normal.y(), line.normal.x());
-    const double steps = kLength * std::min(std::abs(direction.x()), std::abs(direction.y()));
-    turn_sigmas[k] = 1 / (kLength * std::sqrt(1 + steps));
     middles[k] = line.distance * line.normal + direction.dot(mean) * direction;
     sides[k].points = {middles[k] - kLength / 2 * direction, middles[k] + kLength / 2 * direction};
   }
@@ -177,7 +174,7 @@ TEST(ThesisPose, CovarianceIsTheSpreadOfRoundedLines) {
   for (int i = 0; i < kDraws; ++i) {
     std::array<ImageLine, 2> lines;
     for (std::size_t k = 0; k < 2; ++k) {
-      const double rho = sides[k].rho_rad + normal(random) * turn_sigmas[k];
+      const double rho = sides[k].rho_rad + normal(random) * std::sqrt(1.0 / 6) / kLength;
       lines[k].normal = {std::cos(rho), std::sin(rho)};
       lines[k].distance = lines[k].normal.dot(middles[k]) + normal(random) * std::sqrt(1.0 / 12);
     }

@@ -130,8 +130,8 @@ void thesis_morphology(Mask* mask);
 
 /// Covariance as in PoseEstimate. The thesis has none; this is what whole pixels do to the lines, through the pose, and
 /// a centre anywhere along the height (variance height^2 / 12). A line's offset has the variance 1/12 px^2, its turn
-/// about the middle of its support that of a regression over one point for each step of the staircase. `sides` in ideal
-/// pixels. The method's bias is not in it. None where the pose is on the verge of having none.
+/// that of a rod with both ends rounded to whole pixels, however many pixels lie between. `sides` in ideal pixels. The
+/// method's bias is not in it. None where the pose is on the verge of having none.
 [[nodiscard]] std::optional<Eigen::Matrix<double, 6, 6>> thesis_covariance(const std::array<ThesisLine, 2>& sides,
                                                                            const Eigen::Vector2d& mean_px,
                                                                            double focal_px, const PartModel& part);

@@ -65,14 +65,11 @@ std::optional<Eigen::Matrix<double, 6, 6>> thesis_covariance(const std::array<Th
         rotation(ahead->axis_in_cam) - rotation(behind->axis_in_cam);
     jacobian.col(k) /= 2 * steps[k];
   }
-  // Where Canny puts the edge between two pixels is the same all along a side: more pixels do not make the offset
-  // better. The turn is that of a regression over as many independent points as the side has steps.
-  const auto turn_variance = [](const ThesisLine& line, const Rod& rod) {
-    const double steps_across = rod.length * line.normal().cwiseAbs().minCoeff();
-    return 12 * kPixelVariance / (rod.length * rod.length * (1 + steps_across));
-  };
-  const Eigen::Vector4d variances(kPixelVariance, turn_variance(sides[0], rods[0]), kPixelVariance,
-                                  turn_variance(sides[1], rods[1]));
+  // Pixels of a side are rounded alike over long stretches (all of them when it is upright, every other one at 45
+  // degrees), so more of them make neither better: the offset is that of one pixel, the turn that of a rod whose two
+  // ends are rounded independently.
+  const auto turn_variance = [](const Rod& rod) { return 2 * kPixelVariance / (rod.length * rod.length); };
+  const Eigen::Vector4d variances(kPixelVariance, turn_variance(rods[0]), kPixelVariance, turn_variance(rods[1]));
 
   Eigen::Matrix<double, 6, 6> covariance = jacobian * variances.asDiagonal() * jacobian.transpose();
   const Eigen::Matrix3d along_axis = axis * axis.transpose();

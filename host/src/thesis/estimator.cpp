@@ -3,46 +3,16 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <chrono>
 #include <cylpose/error.hpp>
 #include <cylpose/thesis.hpp>
 #include <limits>
 #include <utility>
 
 #include "agreement.hpp"
+#include "stage_clock.hpp"
 
 namespace cylpose {
 namespace {
-
-// Wall time by stage, summed over the parts.
-class StageClock {
- public:
-  template <class Work>
-  auto measure(std::string_view stage, Work&& work) {
-    const Stop stop{this, stage, std::chrono::steady_clock::now()};
-    return work();
-  }
-
-  [[nodiscard]] std::vector<StageTime> times() && { return std::move(times_); }
-
- private:
-  struct Stop {
-    StageClock* clock;
-    std::string_view stage;
-    std::chrono::steady_clock::time_point start;
-    ~Stop() {
-      const std::chrono::duration<double, std::milli> passed = std::chrono::steady_clock::now() - start;
-      auto& times = clock->times_;
-      const auto known = std::find_if(times.begin(), times.end(), [&](const StageTime& t) { return t.stage == stage; });
-      if (known == times.end()) {
-        times.push_back({stage, passed.count()});
-      } else {
-        known->milliseconds += passed.count();
-      }
-    }
-  };
-  std::vector<StageTime> times_;
-};
 
 PoseEstimate none(std::string reason) {
   PoseEstimate estimate;
@@ -100,12 +70,7 @@ class ThesisEstimator final : public Estimator {
 
   [[nodiscard]] FrameEstimate estimate(const ImageView& image, StageTrace* trace) override {
     require_usable(image);
-    if (image.width != camera_.width || image.height != camera_.height) {
-      throw Error(ErrorKind::kInput,
-                  fmt::format("image of {} x {} pixels does not fit the calibration of {} x {}; calibrate at the size "
-                              "of the images",
-                              image.width, image.height, camera_.width, camera_.height));
-    }
+    require_calibrated_size(camera_, image);
     FrameEstimate frame;
     StageClock clock;
     if (trace != nullptr) trace->parts.assign(parts_.size(), {});
@@ -120,34 +85,45 @@ class ThesisEstimator final : public Estimator {
       // "The ROI of the last pose estimation": without a pose there is none, and the whole image is searched.
       last_boxes_[i] = frame.parts.back().status == PoseStatus::kOk ? region.box : Roi{};
     }
-    frame.times = std::move(clock).times();
+    frame.times = clock.times();
     return frame;
   }
 
  private:
   [[nodiscard]] PoseEstimate estimate_part(const ImageView& image, const Roi& search, const PartModel& part,
                                            StageClock* clock, RegionStatistics* region, PartTrace* trace) const {
-    Mask mask = clock->measure("gate", [&] { return thesis_gate(image, search, part); });
-    clock->measure("morphology", [&] { thesis_morphology(&mask); });
-    *region = clock->measure("statistics", [&] { return thesis_statistics(mask); });
+    clock->skip();  // the trace of the part before
+    Mask mask = thesis_gate(image, search, part);
+    clock->lap("gate");
+    thesis_morphology(&mask);
+    clock->lap("morphology");
+    *region = thesis_statistics(mask);
+    clock->lap("statistics");
     if (region->m00 == 0) {
       if (trace != nullptr) trace->mask = std::move(mask);
       return none("no pixel of the part's colour is left after erosion");
     }
-    const Mask edge_image = clock->measure("canny", [&] { return thesis_canny(mask, region->box); });
-    const auto edges = clock->measure("contours", [&] { return thesis_edges(edge_image, options_.min_edge_size); });
+    const Mask edge_image = thesis_canny(mask, region->box);
+    clock->lap("canny");
+    const auto edges = thesis_edges(edge_image, options_.min_edge_size);
+    clock->lap("contours");
     if (trace != nullptr) {
       trace->mask = std::move(mask);
       trace->edges = pixels_of(edge_image);
       trace->chains = edges;
+      clock->skip();
     }
     const Eigen::Vector2d mean_pixel(region->mean_x(), region->mean_y());
     const Eigen::Vector2d mean = thesis_ideal_points(camera_, {&mean_pixel, 1}).front();
-    const std::vector<ThesisLine> lines = clock->measure("lines", [&] { return find_lines(edges, mean, trace); });
+    const std::vector<ThesisLine> lines = find_lines(edges, mean, trace);
+    clock->lap("lines");
     if (trace != nullptr) {
       for (const ThesisLine& line : lines) trace->lines.push_back(frame_line(camera_, shifted(line, mean)));
+      clock->skip();
     }
-    return clock->measure("pose", [&] { return pose_from(lines, *region, mean, part, edge_image); });
+    PoseEstimate estimate = pose_from(lines, *region, mean, part, edge_image);
+    clock->lap("pose");
+    return estimate;
   }
 
   // All straight lines, relative to the region's mean, best supported first.
