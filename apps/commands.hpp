@@ -16,4 +16,7 @@ enum ExitCode {
   kInterrupted = 130,
 };
 
+/// cylpose tune IMAGE --rect x,y,w,h: colour settings of a part from a sample of it.
+void add_tune_command(CLI::App& app);
+
 }  // namespace cylpose::apps

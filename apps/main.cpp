@@ -32,6 +32,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("cylpose ") + kVersion);
   app.footer("Exit codes: 0 success, 2 usage or input, 3 output, 4 device, 130 interrupted, 1 anything else.");
 
+  apps::add_tune_command(app);
+
   try {
     app.parse(argc, argv);
     return apps::kSuccess;
