@@ -37,6 +37,8 @@ int main(int argc, char** argv) {
 
   apps::add_synth_command(app);
 
+  apps::add_tune_command(app);
+
   try {
     app.parse(argc, argv);
     return apps::kSuccess;
