@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cylpose/debug_pictures.hpp>
@@ -63,14 +64,30 @@ cv::Mat runs_picture(const cv::Mat& image, const CameraModel& camera, const std:
   return canvas.picture();
 }
 
+/// Distance in ideal pixels from `middle` beyond which nothing can be seen. Farther out the polynomials of a lens model
+/// turn back, and a line drawn there would come into the picture again.
+double seen_radius(const cv::Mat& image, const CameraModel& camera, const Eigen::Vector2d& middle) {
+  const double right = image.cols - 1;
+  const double bottom = image.rows - 1;
+  const std::array<Eigen::Vector2d, 4> corners = {Eigen::Vector2d(0, 0), Eigen::Vector2d(right, 0),
+                                                  Eigen::Vector2d(0, bottom), Eigen::Vector2d(right, bottom)};
+  double radius = 0;
+  for (const Eigen::Vector2d& ray : undistorted(camera, corners)) {
+    radius = std::max(radius, (ideal_pixel(camera, {ray.x(), ray.y(), 1}) - middle).norm());
+  }
+  return std::min(radius, 4 * std::hypot(right, bottom));  // corners of a fisheye may look sideways
+}
+
 cv::Mat lines_picture(const cv::Mat& image, const CameraModel& camera, const std::vector<ImageLine>& lines) {
   constexpr int kSamples = 64;
   Canvas canvas(dimmed(image));
-  const double reach = std::hypot(image.cols, image.rows);
+  const Eigen::Vector2d middle(image.cols / 2.0, image.rows / 2.0);
+  const double radius = seen_radius(image, camera, middle);
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    // From the line's foot below the middle of the picture, far enough to cross all of it.
-    const Eigen::Vector2d middle(image.cols / 2.0, image.rows / 2.0);
-    const Eigen::Vector2d foot = middle - signed_distance(lines[i], middle) * lines[i].normal;
+    // The chord of the seen circle, from the line's point nearest to the middle to both sides.
+    const double off_middle = signed_distance(lines[i], middle);
+    const double reach = std::sqrt(std::max(0.0, radius * radius - off_middle * off_middle));
+    const Eigen::Vector2d foot = middle - off_middle * lines[i].normal;
     const Eigen::Vector2d along(-lines[i].normal.y(), lines[i].normal.x());
     Points curve;
     for (int k = -kSamples; k <= kSamples; ++k) {

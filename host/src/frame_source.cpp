@@ -40,6 +40,7 @@ class ImageSource final : public FrameSource {
   }
 
   std::optional<std::int64_t> size() const override { return static_cast<std::int64_t>(files_.size()); }
+  double fps() const override { return fps_; }
   std::vector<std::string> warnings() const override { return {}; }
 
  private:
@@ -48,6 +49,11 @@ class ImageSource final : public FrameSource {
   std::size_t next_ = 0;
 };
 
+double stated_fps(const cv::VideoCapture& capture, double default_fps) {
+  const double fps = capture.get(cv::CAP_PROP_FPS);
+  return std::isfinite(fps) && fps > 0 ? fps : default_fps;
+}
+
 class VideoSource final : public FrameSource {
  public:
   VideoSource(const fs::path& file, double default_fps) : name_(file.string()), capture_(name_) {
@@ -55,8 +61,7 @@ class VideoSource final : public FrameSource {
       throw Error(ErrorKind::kInput,
                   fmt::format("{}: is neither an image nor a video that can be opened; is it whole?", name_));
     }
-    const double fps = capture_.get(cv::CAP_PROP_FPS);
-    fps_ = std::isfinite(fps) && fps > 0 ? fps : default_fps;
+    fps_ = stated_fps(capture_, default_fps);
     const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
     if (std::isfinite(count) && count >= 1) expected_ = static_cast<std::int64_t>(count);
   }
@@ -77,6 +82,7 @@ class VideoSource final : public FrameSource {
   }
 
   std::optional<std::int64_t> size() const override { return expected_; }
+  double fps() const override { return fps_; }
 
   std::vector<std::string> warnings() const override {
     // Containers without an index estimate the count from the duration, which may be one off.
@@ -96,12 +102,14 @@ class VideoSource final : public FrameSource {
 
 class CameraSource final : public FrameSource {
  public:
-  CameraSource(std::string name, cv::VideoCapture capture) : name_(std::move(name)), capture_(std::move(capture)) {
+  CameraSource(std::string name, cv::VideoCapture capture, double default_fps)
+      : name_(std::move(name)), capture_(std::move(capture)) {
     if (!capture_.isOpened()) {
       throw Error(ErrorKind::kDevice, fmt::format("{}: the camera cannot be opened; is it connected, free and readable "
                                                   "for you?",
                                                   name_));
     }
+    fps_ = stated_fps(capture_, default_fps);
   }
 
   std::optional<Frame> next() override {
@@ -119,11 +127,13 @@ class CameraSource final : public FrameSource {
   }
 
   std::optional<std::int64_t> size() const override { return std::nullopt; }
+  double fps() const override { return fps_; }
   std::vector<std::string> warnings() const override { return {}; }
 
  private:
   std::string name_;
   cv::VideoCapture capture_;
+  double fps_ = 0;
   std::chrono::steady_clock::time_point start_;
   std::int64_t delivered_ = 0;
 };
@@ -158,6 +168,8 @@ class ChainedSource final : public FrameSource {
     return sum;
   }
 
+  double fps() const override { return sources_.front()->fps(); }
+
   std::vector<std::string> warnings() const override {
     std::vector<std::string> all;
     for (const auto& source : sources_) {
@@ -188,11 +200,12 @@ class SourceList {
     if (fs::is_directory(status)) {
       for (fs::path& file : images_in_folder(path)) images_.push_back(std::move(file));
     } else if (fs::is_character_file(status)) {
-      add_source(std::make_unique<CameraSource>(input, cv::VideoCapture(input, cv::CAP_V4L2)));
+      add_source(std::make_unique<CameraSource>(input, cv::VideoCapture(input, cv::CAP_V4L2), options_.fps));
     } else if (fs::exists(status)) {
       add_file(path);
     } else if (const auto number = parse_integer(input); number && *number >= 0 && *number < 1000) {
-      add_source(std::make_unique<CameraSource>("camera " + input, cv::VideoCapture(static_cast<int>(*number))));
+      add_source(
+          std::make_unique<CameraSource>("camera " + input, cv::VideoCapture(static_cast<int>(*number)), options_.fps));
     } else if (is_printf_pattern(input)) {
       for (fs::path& file : files_of_printf_pattern(input)) images_.push_back(std::move(file));
     } else if (is_glob(input)) {

@@ -180,6 +180,23 @@ TEST(DebugPictures, OnePicturePerStageNamedByPart) {
   EXPECT_EQ(cv::norm(pictures[6].picture, overlay_of(scene)), 0);
 }
 
+TEST(DebugPictures, LinesBendWithTheLensAndDoNotComeBack) {
+  const Scene scene = scene_of(1280, 720, DistortionModel::kPlumbBob, {-0.3, 0.02, 0, 0, 0});
+  StageTrace trace;
+  trace.parts.resize(1);
+  trace.parts[0].lines = {{{0, 1}, 700}};  // along the lower border, where the image of a straight line bulges
+  const cv::Mat picture =
+      debug_pictures(scene.image, scene.camera, {&scene.part, 1}, frame_of(scene), trace)[5].picture;
+  const cv::Mat drawn = picture != picture.at<cv::Vec3b>(10, 10);
+  for (const double u : {-0.4, -0.1, 0.0, 0.3}) {
+    const double v = (700 - scene.camera.cy) / scene.camera.fy;
+    const Eigen::Vector2d pixel = project(scene.camera, {u, v, 1});
+    EXPECT_NE(drawn.at<cv::Vec3b>(static_cast<int>(std::lround(pixel.y())), static_cast<int>(std::lround(pixel.x()))),
+              cv::Vec3b(0, 0, 0));
+  }
+  EXPECT_EQ(cv::countNonZero(drawn.rowRange(0, 500).clone().reshape(1)), 0) << "nothing in the upper part";
+}
+
 TEST(DebugPictures, RefusesATraceOfOtherParts) {
   const Scene scene = scene_of(640, 400);
   EXPECT_THROW((void)debug_pictures(scene.image, scene.camera, {&scene.part, 1}, frame_of(scene), {}), Error);

@@ -42,6 +42,9 @@ class FrameSource {
   /// Number of frames in all, where it can be known beforehand (a video's header may be wrong).
   [[nodiscard]] virtual std::optional<std::int64_t> size() const = 0;
 
+  /// Frames per second as the input states it, or FrameSourceOptions::fps where it does not.
+  [[nodiscard]] virtual double fps() const = 0;
+
   /// What the user should know about the frames so far, such as a video that ended early. Empty when all is well.
   [[nodiscard]] virtual std::vector<std::string> warnings() const = 0;
 };
