@@ -20,7 +20,6 @@ void add_devices_command(CLI::App& app);
 void add_estimate_command(CLI::App& app);
 void add_evaluate_command(CLI::App& app);
 void add_synth_command(CLI::App& app);
-/// cylpose tune IMAGE --rect x,y,w,h: colour settings of a part from a sample of it.
 void add_tune_command(CLI::App& app);
 
 }  // namespace cylpose::apps
