@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <cylpose/backend.hpp>
 #include <cylpose/error.hpp>
 #include <cylpose/image_cv.hpp>
 #include <cylpose/tune.hpp>
+#include <filesystem>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
@@ -26,9 +28,10 @@ struct TuneArguments {
 };
 
 cv::Mat read_color_image(const std::string& path) {
+  if (!std::filesystem::exists(path)) throw Error(ErrorKind::kInput, path + ": no such file; is the path right?");
   cv::Mat image = cv::imread(path, cv::IMREAD_COLOR);
   if (image.empty()) {
-    throw Error(ErrorKind::kInput, path + ": cannot be read as an image; is the path right, and is it a picture file?");
+    throw Error(ErrorKind::kInput, path + ": cannot be read as an image; is it a picture file?");
   }
   return image;
 }
@@ -92,8 +95,8 @@ void add_tune_command(CLI::App& app) {
       ->expected(4)
       ->required();
   command->add_option("--name", arguments->name, "Name of the part")->capture_default_str();
-  command->add_option("--radius-m", arguments->radius_m, "Its radius in metres")->check(CLI::PositiveNumber);
-  command->add_option("--height-m", arguments->height_m, "Its height in metres")->check(CLI::PositiveNumber);
+  command->add_option("--radius-m", arguments->radius_m, "Its radius in metres")->check(CLI::Range(1e-4, 1e3));
+  command->add_option("--height-m", arguments->height_m, "Its height in metres")->check(CLI::Range(1e-4, 1e3));
   command->add_option("--output", arguments->output,
                       "Write a picture: the image with the sample, and beside it the image darkened outside the mask");
   command->callback([arguments] { tune(*arguments); });

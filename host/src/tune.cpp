@@ -27,9 +27,9 @@ struct Sample {
   std::complex<double> hue_sum;  // of unit vectors in the hues' directions
 };
 
-// Below this a pixel counts as grey: noise alone gives it a hue.
+// Below this a pixel counts as grey: noise, or a tinge in the light, gives it a hue.
 constexpr int kLeastChroma = 12;  // codes
-constexpr double kLeastSaturation = 0.12;
+constexpr double kLeastSaturation = 0.2;
 
 double hue_of(int r, int g, int b, int high, int chroma) {
   double sextants = 0;
