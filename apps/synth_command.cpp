@@ -64,6 +64,7 @@ void synthesize(const SynthArguments& arguments) {
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
 
   std::vector<std::string> names;
+  names.reserve(files.size());
   for (const auto& file : files) names.push_back(file.filename().string());
   const bool interrupted = written < options.frames;
   progress.message(fmt::format("{}: {} of {} frames, {} in {} ({:.0f} ms a frame){}", scenario.name, written,
