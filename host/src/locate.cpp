@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <cylpose/locate.hpp>
 #include <optional>
 
@@ -11,16 +12,14 @@
 namespace cylpose {
 namespace {
 
-// Samples along the normal, one pixel apart. Codes lie at most about 1 px beside the border (half a pixel of grid, the
-// rest from gamma and shading) and blur reaches 2 px farther, so from kOutside outward all is background and kInside
-// is all part.
-constexpr int kFar = -6;      // outermost sample
-constexpr int kOutside = -4;  // innermost of the samples that give the background's colour
-constexpr int kInside = 4;    // innermost sample of the part
-constexpr int kSamples = kInside - kFar + 1;
+// Distances from the edge pixel along the normal, in pixels. Gamma and shading put that pixel up to about 1.6 px inside
+// the border and hardly outside it; blur reaches 2.5 px farther.
+constexpr int kOutward = 4;           // all background from here outward
+constexpr int kInward = 3;            // all part from here inward
+constexpr int kBackgroundPixels = 3;  // beyond kOutward, for the background's colour
 
 constexpr int kUnit = 1 << 12;     // length of a unit normal
-constexpr int kSubpixel = 1 << 8;  // pixel positions and offsets
+constexpr int kSubpixel = 1 << 8;  // offsets
 constexpr int kReach = static_cast<int>(kLocateReach * kSubpixel);
 
 // Light, 65535 for code 255; or any vector in that space.
@@ -41,7 +40,7 @@ std::int64_t dot(const Light& a, const Light& b) {
   return a.r * b.r + a.g * b.g + a.b * b.b;
 }
 
-// Floor of the square root.
+// Floor of the square root of a value below 2^62.
 std::int64_t integer_root(std::int64_t value) {
   std::int64_t root = 0;
   for (std::int64_t bit = std::int64_t{1} << 30; bit != 0; bit >>= 1) {
@@ -50,56 +49,74 @@ std::int64_t integer_root(std::int64_t value) {
   return root;
 }
 
-std::int64_t rounded_quotient(std::int64_t numerator, std::int64_t positive) {
-  return (numerator >= 0 ? numerator + positive / 2 : numerator - positive / 2) / positive;
+// To the nearest, halves away from zero; `denominator` > 0.
+std::int64_t rounded_quotient(std::int64_t numerator, std::int64_t denominator) {
+  return (numerator >= 0 ? numerator + denominator / 2 : numerator - denominator / 2) / denominator;
 }
 
-struct Normal {
-  int x;  // in 1/kUnit
-  int y;
+// The row or column of pixels through an edge pixel, whichever is nearer to the normal. Sums over whole pixels are sums
+// of light, so unlike interpolated samples they have no error of their own; a straight border that crosses the line
+// `d` pixels from the edge pixel is d * cosine away along the normal.
+class Line {
+ public:
+  explicit Line(const EdgePixel& edge) : x_(edge.x), y_(edge.y) {
+    const std::int64_t gx = edge.gx;
+    const std::int64_t gy = edge.gy;
+    constexpr std::int64_t kScale = 1 << 10;  // fraction bits of the gradient's length
+    const std::int64_t length = std::max<std::int64_t>(1, integer_root((gx * gx + gy * gy) * kScale * kScale));
+    const bool along_row = std::abs(gx) >= std::abs(gy);
+    const std::int64_t along = along_row ? gx : gy;
+    (along_row ? step_x_ : step_y_) = along < 0 ? -1 : 1;
+    cosine_ = rounded_quotient(std::abs(along) * kScale * kUnit, length);
+    outward_ = pixels(kOutward);
+    inward_ = pixels(kInward);
+  }
+
+  // Column and row of the k-th pixel inward.
+  [[nodiscard]] int x(int k) const { return x_ + k * step_x_; }
+  [[nodiscard]] int y(int k) const { return y_ + k * step_y_; }
+
+  // Pixels along the line that reach kOutward and kInward along the normal.
+  [[nodiscard]] int outward() const { return outward_; }
+  [[nodiscard]] int inward() const { return inward_; }
+
+  // From a distance along the line to one along the normal.
+  [[nodiscard]] std::int64_t to_normal(std::int64_t distance) const {
+    return rounded_quotient(distance * cosine_, kUnit);
+  }
+
+ private:
+  [[nodiscard]] int pixels(int along_normal) const {
+    return static_cast<int>(rounded_quotient(std::int64_t{along_normal} * kUnit, cosine_));
+  }
+
+  int x_;
+  int y_;
+  int step_x_ = 0;
+  int step_y_ = 0;
+  std::int64_t cosine_;  // between line and normal, in 1/kUnit
+  int outward_;
+  int inward_;
 };
-
-Normal unit_normal(const EdgePixel& edge) {
-  const std::int64_t gx = edge.gx;
-  const std::int64_t gy = edge.gy;
-  constexpr std::int64_t kScale = 1 << 10;
-  const std::int64_t length = integer_root((gx * gx + gy * gy) * kScale * kScale);
-  return {static_cast<int>(rounded_quotient(gx * kScale * kUnit, length)),
-          static_cast<int>(rounded_quotient(gy * kScale * kUnit, length))};
-}
 
 class LinearImage {
  public:
   LinearImage(const ImageView& image, const Roi& search, Transfer transfer)
       : image_(image), search_(search), table_(linear_light(transfer)), channel_(channels_of(image.format)) {}
 
-  // Bilinear at a position in 1/kSubpixel.
   [[nodiscard]] Light at(int x, int y) const {
-    const int column = x >> 8;
-    const int row = y >> 8;
-    const auto fx = static_cast<std::uint32_t>(x & (kSubpixel - 1));
-    const auto fy = static_cast<std::uint32_t>(y & (kSubpixel - 1));
-    const std::uint8_t* p00 = pixel(column, row);
-    const std::uint8_t* p10 = pixel(column + 1, row);
-    const std::uint8_t* p01 = pixel(column, row + 1);
-    const std::uint8_t* p11 = pixel(column + 1, row + 1);
-    // 16 bits of light times 16 bits of weights that sum to 2^16: just fits.
-    const auto mixed = [&](int channel) {
-      const std::uint32_t upper = table_[p00[channel]] * (kSubpixel - fx) + table_[p10[channel]] * fx;
-      const std::uint32_t lower = table_[p01[channel]] * (kSubpixel - fx) + table_[p11[channel]] * fx;
-      return static_cast<std::int64_t>(
-          (static_cast<std::uint64_t>(upper) * (kSubpixel - fy) + static_cast<std::uint64_t>(lower) * fy) >> 16);
-    };
-    return {mixed(channel_.red), mixed(channel_.green), mixed(channel_.blue)};
+    const std::uint8_t* codes = pixel(x, y);
+    return {table_[codes[channel_.red]], table_[codes[channel_.green]], table_[codes[channel_.blue]]};
   }
 
-  // The pixel nearest to a position in 1/kSubpixel.
-  [[nodiscard]] const std::uint8_t* nearest(int x, int y) const {
-    return pixel((x + kSubpixel / 2) >> 8, (y + kSubpixel / 2) >> 8);
+  // Whether a pixel may tell the part's colour: it is in the gate and not clipped, which would change its colour.
+  [[nodiscard]] bool shows_part(int x, int y, const ColorGate& gate) const {
+    const std::uint8_t* codes = pixel(x, y);
+    const int r = codes[channel_.red];
+    const int g = codes[channel_.green];
+    const int b = codes[channel_.blue];
+    return passes(gate, r, g, b) && std::max({r, g, b}) < 255;
   }
-
-  [[nodiscard]] const LinearTable& table() const { return table_; }
-  [[nodiscard]] const Channels& channels() const { return channel_; }
 
  private:
   [[nodiscard]] const std::uint8_t* pixel(int x, int y) const {
@@ -113,40 +130,34 @@ class LinearImage {
   Channels channel_;
 };
 
-using Profile = std::array<Light, kSamples>;
-
-constexpr std::size_t index_of(int sample) {
-  return static_cast<std::size_t>(sample - kFar);
-}
-
-int place(int pixel, int normal, int sample) {
-  return pixel * kSubpixel + normal * sample * kSubpixel / kUnit;
-}
-
-Profile profile_of(const LinearImage& light, const EdgePixel& edge, const Normal& normal) {
-  Profile profile;
-  for (int k = kFar; k <= kInside; ++k) {
-    profile[index_of(k)] = light.at(place(edge.x, normal.x, k), place(edge.y, normal.y, k));
+// The light along a line, from the outermost background pixel inward.
+class Profile {
+ public:
+  Profile(const LinearImage& light, const Line& line) : first_(-line.outward() - kBackgroundPixels) {
+    for (int k = first_; k <= line.inward(); ++k) pixels_[index(k)] = light.at(line.x(k), line.y(k));
   }
-  return profile;
-}
+  [[nodiscard]] const Light& operator[](int k) const { return pixels_[index(k)]; }
 
-// The part's colour direction, largest component kUnit: mean of the pixels on the edges' inner sides that have the
-// part's colour, without clipped ones, which have another. None in a grey image, or where no such pixel is left.
+ private:
+  [[nodiscard]] std::size_t index(int k) const { return static_cast<std::size_t>(k - first_); }
+
+  static constexpr double kDiagonal = 1.4143;  // a line is at most this much longer than the normal
+  static constexpr int kMost = static_cast<int>(kDiagonal * (kOutward + kInward)) + kBackgroundPixels + 3;
+
+  int first_;
+  std::array<Light, kMost> pixels_;
+};
+
+// The part's colour direction, largest component kUnit: mean over the inner sides of the edges. None in a grey image,
+// or where no pixel shows the colour.
 std::optional<Light> part_color(const ImageView& image, const LinearImage& light, const ColorGate& gate,
                                 const std::vector<EdgePixel>& edges) {
   if (image.format == PixelFormat::kGray8) return std::nullopt;
   Light sum;
   for (const EdgePixel& edge : edges) {
-    const Normal normal = unit_normal(edge);
-    for (const int k : {kInside - 1, kInside}) {
-      const std::uint8_t* pixel = light.nearest(place(edge.x, normal.x, k), place(edge.y, normal.y, k));
-      const int r = pixel[light.channels().red];
-      const int g = pixel[light.channels().green];
-      const int b = pixel[light.channels().blue];
-      if (!passes(gate, r, g, b) || std::max({r, g, b}) == 255) continue;
-      sum += {light.table()[static_cast<std::size_t>(r)], light.table()[static_cast<std::size_t>(g)],
-              light.table()[static_cast<std::size_t>(b)]};
+    const Line line(edge);
+    for (const int k : {line.inward(), line.inward() + 1}) {
+      if (light.shows_part(line.x(k), line.y(k), gate)) sum += light.at(line.x(k), line.y(k));
     }
   }
   const std::int64_t largest = std::max({sum.r, sum.g, sum.b});
@@ -157,18 +168,17 @@ std::optional<Light> part_color(const ImageView& image, const LinearImage& light
 
 // Offset by the share of the outside. None where the outside is too dark or too near the part's hue to tell them apart,
 // or the border is out of reach.
-std::optional<int> offset_by_share(const Profile& profile, const Light& color) {
-  constexpr int kBackgroundSamples = kOutside - kFar + 1;
-  Light outside;  // kBackgroundSamples times B
-  for (int k = kFar; k <= kOutside; ++k) outside += profile[index_of(k)];
+std::optional<std::int64_t> offset_by_share(const Profile& profile, const Line& line, const Light& color) {
+  Light outside;  // kBackgroundPixels times B
+  for (int k = 1; k <= kBackgroundPixels; ++k) outside += profile[-line.outward() - k];
 
   // B without its share along c, in 1/kFraction of a light unit, so that rounding leaves w orthogonal to c.
   constexpr std::int64_t kFraction = 64;
   const std::int64_t color_squared = dot(color, color);
   const std::int64_t along = dot(outside, color);
-  const auto orthogonal = [&](std::int64_t part_of_outside, std::int64_t part_of_color) {
-    return rounded_quotient((part_of_outside * color_squared - along * part_of_color) * kFraction,
-                            color_squared * kBackgroundSamples);
+  const auto orthogonal = [&](std::int64_t of_outside, std::int64_t of_color) {
+    return rounded_quotient((of_outside * color_squared - along * of_color) * kFraction,
+                            color_squared * kBackgroundPixels);
   };
   const Light w{orthogonal(outside.r, color.r), orthogonal(outside.g, color.g), orthogonal(outside.b, color.b)};
 
@@ -176,35 +186,39 @@ std::optional<int> offset_by_share(const Profile& profile, const Light& color) {
   constexpr std::int64_t kLeastContrast = 1300;
   if (dot(w, w) < kLeastContrast * kLeastContrast * kFraction * kFraction) return std::nullopt;
 
-  const std::int64_t full = dot(w, outside) / kBackgroundSamples;  // w.B
+  const std::int64_t full = dot(w, outside) / kBackgroundPixels;  // w.B
   std::int64_t sum = 0;
-  for (int k = kOutside; k <= kInside; ++k) {
+  for (int k = -line.outward(); k <= line.inward(); ++k) {
     // Anything else within the window may pull no further than this.
-    sum += std::clamp(dot(w, profile[index_of(k)]), -full / 2, full + full / 2);
+    sum += std::clamp(dot(w, profile[k]), -full / 2, full + full / 2);
   }
-  // Each sample stands for one pixel, the first from kOutside - 1/2 on.
-  const std::int64_t offset = rounded_quotient(sum * kSubpixel, full) + (2 * kOutside - 1) * kSubpixel / 2;
-  if (offset < -kReach || offset > kReach) return std::nullopt;
-  return static_cast<int>(offset);
+  // The window begins half a pixel before its first pixel's centre.
+  const std::int64_t crossing = rounded_quotient(sum * kSubpixel, full) - (2 * line.outward() + 1) * kSubpixel / 2;
+  const std::int64_t offset = line.to_normal(crossing);
+  if (std::abs(offset) > kReach) return std::nullopt;
+  return offset;
 }
 
-// Offset of the largest slope along the normal: vertex of the parabola through it and its two neighbours.
-int offset_by_slope(const Profile& profile, const std::optional<Light>& color) {
+// Offset of the largest slope of the light: vertex of the parabola through it and its two neighbours. Zero where the
+// light does not rise inward or has its largest slope at the end of what is in reach.
+std::int64_t offset_by_slope(const Profile& profile, const Line& line, const std::optional<Light>& color) {
   const Light direction = color.value_or(Light{kUnit, kUnit, kUnit});
-  const auto slope = [&](int k) {  // between samples k - 1 and k, that is at k - 1/2
-    return dot(profile[index_of(k)], direction) - dot(profile[index_of(k - 1)], direction);
+  const auto slope = [&](int k) {  // between pixels k - 1 and k, that is at k - 1/2
+    return dot(profile[k], direction) - dot(profile[k - 1], direction);
   };
-  int best = -1;
-  for (int k = -1; k <= 2; ++k) {
+  const int innermost = line.inward() - 1;
+  int best = -innermost;
+  for (int k = best + 1; k <= innermost; ++k) {
     if (slope(k) > slope(best)) best = k;
   }
   const std::int64_t before = slope(best - 1);
   const std::int64_t peak = slope(best);
   const std::int64_t after = slope(best + 1);
-  if (peak <= 0 || before > peak || after > peak) return 0;
   const std::int64_t curvature = 2 * peak - before - after;
-  const std::int64_t vertex = curvature > 0 ? rounded_quotient((after - before) * (kSubpixel / 2), curvature) : 0;
-  return best * kSubpixel - kSubpixel / 2 + static_cast<int>(vertex);
+  if (peak <= 0 || before > peak || after > peak || curvature == 0) return 0;
+  const std::int64_t vertex = rounded_quotient((after - before) * (kSubpixel / 2), curvature);
+  const std::int64_t offset = line.to_normal(best * kSubpixel - kSubpixel / 2 + vertex);
+  return std::abs(offset) > kReach ? 0 : offset;
 }
 
 }  // namespace
@@ -214,9 +228,10 @@ void locate_edges(const ImageView& image, const Roi& search, const ColorGate& ga
   const LinearImage light(image, search, transfer);
   const std::optional<Light> color = part_color(image, light, gate, edges);
   for (EdgePixel& edge : edges) {
-    const Profile profile = profile_of(light, edge, unit_normal(edge));
-    const std::optional<int> offset = color ? offset_by_share(profile, *color) : std::nullopt;
-    edge.offset_256 = static_cast<std::int16_t>(offset ? *offset : offset_by_slope(profile, color));
+    const Line line(edge);
+    const Profile profile(light, line);
+    const std::optional<std::int64_t> offset = color ? offset_by_share(profile, line, *color) : std::nullopt;
+    edge.offset_256 = static_cast<std::int16_t>(offset ? *offset : offset_by_slope(profile, line, color));
   }
 }
 
