@@ -16,4 +16,9 @@ enum ExitCode {
   kInterrupted = 130,
 };
 
+void add_devices_command(CLI::App& app);
+void add_estimate_command(CLI::App& app);
+void add_evaluate_command(CLI::App& app);
+void add_synth_command(CLI::App& app);
+
 }  // namespace cylpose::apps

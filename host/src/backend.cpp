@@ -31,7 +31,9 @@ class Registry {
   }
 
  private:
-  Registry() : infos_{{"serial", "plain C++ on one thread; defines the right answer", make_serial_backend}} {}
+  Registry()
+      : infos_{{"serial", "plain C++ on one thread; defines the right answer", make_serial_backend},
+               {"opencv", "OpenCV's functions on all threads; the peer to compare with", make_opencv_backend}} {}
 
   mutable std::mutex mutex_;
   std::vector<BackendInfo> infos_;

@@ -6,6 +6,7 @@
 
 namespace cylpose {
 
+[[nodiscard]] std::unique_ptr<Backend> make_opencv_backend();
 [[nodiscard]] std::unique_ptr<Backend> make_serial_backend();
 
 }  // namespace cylpose

@@ -185,13 +185,13 @@ void save_camera(const CameraModel& camera, const std::filesystem::path& path) {
   // camera_info has no name for "no distortion"; a plumb_bob of zeros is what its readers understand.
   const bool none = camera.distortion_model == DistortionModel::kNone;
   const std::vector<double> coefficients = none ? std::vector<double>(5, 0.0) : camera.distortion;
-  write_text_file(
-      path, fmt::format("image_width: {}\nimage_height: {}\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
-                        "  data: [{}, 0, {}, 0, {}, {}, 0, 0, 1]\ndistortion_model: {}\n"
-                        "distortion_coefficients:\n  rows: 1\n  cols: {}\n  data: [{}]\ntransfer: {}\n",
-                        camera.width, camera.height, camera.fx, camera.cx, camera.fy, camera.cy,
-                        info_of(none ? DistortionModel::kPlumbBob : camera.distortion_model).name, coefficients.size(),
-                        fmt::join(coefficients, ", "), camera.transfer == Transfer::kSrgb ? "srgb" : "linear"));
+  write_file(path,
+             fmt::format("image_width: {}\nimage_height: {}\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
+                         "  data: [{}, 0, {}, 0, {}, {}, 0, 0, 1]\ndistortion_model: {}\n"
+                         "distortion_coefficients:\n  rows: 1\n  cols: {}\n  data: [{}]\ntransfer: {}\n",
+                         camera.width, camera.height, camera.fx, camera.cx, camera.fy, camera.cy,
+                         info_of(none ? DistortionModel::kPlumbBob : camera.distortion_model).name, coefficients.size(),
+                         fmt::join(coefficients, ", "), camera.transfer == Transfer::kSrgb ? "srgb" : "linear"));
 }
 
 Eigen::Vector2d project(const CameraModel& camera, const Eigen::Vector3d& point_in_cam) {

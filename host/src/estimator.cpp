@@ -3,6 +3,7 @@
 
 #include <cylpose/error.hpp>
 #include <cylpose/estimator.hpp>
+#include <cylpose/thesis.hpp>
 
 #include "builtin_estimators.hpp"
 
@@ -24,8 +25,16 @@ void require_calibrated_size(const CameraModel& camera, const ImageView& image) 
 std::unique_ptr<Estimator> make_estimator(std::string_view method, const CameraModel& camera,
                                           const std::vector<PartModel>& parts, std::string_view backend) {
   if (parts.empty()) throw Error(ErrorKind::kInput, "no part to look for");
-  if (method == "default")
+  if (method == "default") {
     return make_default_estimator(camera, parts, make_backend(backend.empty() ? "serial" : backend));
+  }
+  if (method == "thesis") {
+    if (!backend.empty() && backend != "opencv") {
+      throw Error(ErrorKind::kInput,
+                  fmt::format("the thesis's method is defined on OpenCV; leave out the backend '{}'", backend));
+    }
+    return make_thesis_estimator(camera, parts);
+  }
   throw Error(ErrorKind::kInput,
               fmt::format("unknown method '{}'; known: {}", method, fmt::join(method_names(), ", ")));
 }

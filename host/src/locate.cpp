@@ -12,11 +12,12 @@
 namespace cylpose {
 namespace {
 
-// Distances from the edge pixel along the normal, in pixels. Gamma and shading put that pixel up to about 1.6 px inside
-// the border and hardly outside it; blur reaches 2.5 px farther.
-constexpr int kOutward = 4;           // all background from here outward
-constexpr int kInward = 3;            // all part from here inward
-constexpr int kBackgroundPixels = 3;  // beyond kOutward, for the background's colour
+// Distances along the normal, in pixels. Gamma and shading put an edge pixel up to about 1.6 px inside the border and
+// hardly outside it; a lens blur of sigma 0.7 and the pixel itself mix light from less than kBlur away.
+constexpr double kOutward = 4;        // from the edge pixel: all background from here outward
+constexpr double kInward = 3;         // from the edge pixel: all part from here inward
+constexpr double kBlur = 2;           // from the border: hardly any mixed light farther away
+constexpr int kBackgroundPixels = 4;  // beyond, for the background's colour
 
 constexpr int kUnit = 1 << 12;     // length of a unit normal
 constexpr int kSubpixel = 1 << 8;  // offsets
@@ -54,31 +55,35 @@ std::int64_t rounded_quotient(std::int64_t numerator, std::int64_t denominator) 
   return (numerator >= 0 ? numerator + denominator / 2 : numerator - denominator / 2) / denominator;
 }
 
+bool has_normal(const EdgePixel& edge) {
+  return edge.gx != 0 || edge.gy != 0;
+}
+
 // The row or column of pixels through an edge pixel, whichever is nearer to the normal. Sums over whole pixels are sums
 // of light, so unlike interpolated samples they have no error of their own; a straight border that crosses the line
 // `d` pixels from the edge pixel is d * cosine away along the normal.
 class Line {
  public:
+  // The gradient must not be zero.
   explicit Line(const EdgePixel& edge) : x_(edge.x), y_(edge.y) {
     const std::int64_t gx = edge.gx;
     const std::int64_t gy = edge.gy;
     constexpr std::int64_t kScale = 1 << 10;  // fraction bits of the gradient's length
-    const std::int64_t length = std::max<std::int64_t>(1, integer_root((gx * gx + gy * gy) * kScale * kScale));
+    const std::int64_t length = integer_root((gx * gx + gy * gy) * kScale * kScale);
     const bool along_row = std::abs(gx) >= std::abs(gy);
     const std::int64_t along = along_row ? gx : gy;
     (along_row ? step_x_ : step_y_) = along < 0 ? -1 : 1;
     cosine_ = rounded_quotient(std::abs(along) * kScale * kUnit, length);
-    outward_ = pixels(kOutward);
-    inward_ = pixels(kInward);
   }
 
   // Column and row of the k-th pixel inward.
   [[nodiscard]] int x(int k) const { return x_ + k * step_x_; }
   [[nodiscard]] int y(int k) const { return y_ + k * step_y_; }
 
-  // Pixels along the line that reach kOutward and kInward along the normal.
-  [[nodiscard]] int outward() const { return outward_; }
-  [[nodiscard]] int inward() const { return inward_; }
+  // Pixels along the line that reach so far along the normal.
+  [[nodiscard]] int pixels(double along_normal) const {
+    return static_cast<int>(rounded_quotient(static_cast<std::int64_t>(along_normal * kUnit), cosine_));
+  }
 
   // From a distance along the line to one along the normal.
   [[nodiscard]] std::int64_t to_normal(std::int64_t distance) const {
@@ -86,17 +91,11 @@ class Line {
   }
 
  private:
-  [[nodiscard]] int pixels(int along_normal) const {
-    return static_cast<int>(rounded_quotient(std::int64_t{along_normal} * kUnit, cosine_));
-  }
-
   int x_;
   int y_;
   int step_x_ = 0;
   int step_y_ = 0;
   std::int64_t cosine_;  // between line and normal, in 1/kUnit
-  int outward_;
-  int inward_;
 };
 
 class LinearImage {
@@ -130,22 +129,27 @@ class LinearImage {
   Channels channel_;
 };
 
-// The light along a line, from the outermost background pixel inward.
+// The light along a line, as far as any of the windows below reaches.
 class Profile {
  public:
-  Profile(const LinearImage& light, const Line& line) : first_(-line.outward() - kBackgroundPixels) {
-    for (int k = first_; k <= line.inward(); ++k) pixels_[index(k)] = light.at(line.x(k), line.y(k));
+  Profile(const LinearImage& light, const Line& line)
+      : first_(-std::max(line.pixels(kOutward), recentred(line)) - kBackgroundPixels) {
+    const int last = std::max(line.pixels(kInward), recentred(line));
+    for (int k = first_; k <= last; ++k) pixels_[index(k)] = light.at(line.x(k), line.y(k));
   }
   [[nodiscard]] const Light& operator[](int k) const { return pixels_[index(k)]; }
 
  private:
+  // How far a window around a border that is just in reach goes; one more, as places are rounded to whole pixels.
+  [[nodiscard]] static int recentred(const Line& line) { return line.pixels(kLocateReach) + 1 + line.pixels(kBlur); }
   [[nodiscard]] std::size_t index(int k) const { return static_cast<std::size_t>(k - first_); }
 
-  static constexpr double kDiagonal = 1.4143;  // a line is at most this much longer than the normal
-  static constexpr int kMost = static_cast<int>(kDiagonal * (kOutward + kInward)) + kBackgroundPixels + 3;
+  static constexpr double kDiagonal = 1.4143;  // how much longer than the normal a line can be
+  static constexpr int kFarthest = static_cast<int>(kDiagonal * (kLocateReach + kBlur)) + 3;
+  static_assert(kFarthest >= kDiagonal * kOutward + 1 && kFarthest >= kDiagonal * kInward + 1);
 
   int first_;
-  std::array<Light, kMost> pixels_;
+  std::array<Light, 2 * kFarthest + kBackgroundPixels + 1> pixels_;
 };
 
 // The part's colour direction, largest component kUnit: mean over the inner sides of the edges. None in a grey image,
@@ -155,8 +159,9 @@ std::optional<Light> part_color(const ImageView& image, const LinearImage& light
   if (image.format == PixelFormat::kGray8) return std::nullopt;
   Light sum;
   for (const EdgePixel& edge : edges) {
+    if (!has_normal(edge)) continue;
     const Line line(edge);
-    for (const int k : {line.inward(), line.inward() + 1}) {
+    for (const int k : {line.pixels(kInward), line.pixels(kInward) + 1}) {
       if (light.shows_part(line.x(k), line.y(k), gate)) sum += light.at(line.x(k), line.y(k));
     }
   }
@@ -166,11 +171,14 @@ std::optional<Light> part_color(const ImageView& image, const LinearImage& light
                rounded_quotient(sum.b * kUnit, largest)};
 }
 
-// Offset by the share of the outside. None where the outside is too dark or too near the part's hue to tell them apart,
-// or the border is out of reach.
-std::optional<std::int64_t> offset_by_share(const Profile& profile, const Line& line, const Light& color) {
+// Where the outside ends on the line, in 1/kSubpixel from the edge pixel inward, judged from the pixels that lie at
+// most `outward` before and `inward` behind the pixel `middle`; the kBackgroundPixels beyond give the background. None
+// where that is too dark or too near the part's hue to tell them apart.
+std::optional<std::int64_t> crossing_by_share(const Profile& profile, const Light& color, int middle, int outward,
+                                              int inward) {
+  const int first = middle - outward;
   Light outside;  // kBackgroundPixels times B
-  for (int k = 1; k <= kBackgroundPixels; ++k) outside += profile[-line.outward() - k];
+  for (int k = 1; k <= kBackgroundPixels; ++k) outside += profile[first - k];
 
   // B without its share along c, in 1/kFraction of a light unit, so that rounding leaves w orthogonal to c.
   constexpr std::int64_t kFraction = 64;
@@ -182,21 +190,35 @@ std::optional<std::int64_t> offset_by_share(const Profile& profile, const Line& 
   };
   const Light w{orthogonal(outside.r, color.r), orthogonal(outside.g, color.g), orthogonal(outside.b, color.b)};
 
-  // The least distance of B from the part's line of colours, in units of light: about that of code 38 from black.
-  constexpr std::int64_t kLeastContrast = 1300;
+  // The least distance of B from the part's line of colours, in units of light: that of a grey of code 11 from a pure
+  // hue. There noise of sigma 1.5 moves a single point by 0.4 px; below, the slope does better with all its bias.
+  constexpr std::int64_t kLeastContrast = 300;
   if (dot(w, w) < kLeastContrast * kLeastContrast * kFraction * kFraction) return std::nullopt;
 
   const std::int64_t full = dot(w, outside) / kBackgroundPixels;  // w.B
   std::int64_t sum = 0;
-  for (int k = -line.outward(); k <= line.inward(); ++k) {
+  for (int k = first; k <= middle + inward; ++k) {
     // Anything else within the window may pull no further than this.
     sum += std::clamp(dot(w, profile[k]), -full / 2, full + full / 2);
   }
   // The window begins half a pixel before its first pixel's centre.
-  const std::int64_t crossing = rounded_quotient(sum * kSubpixel, full) - (2 * line.outward() + 1) * kSubpixel / 2;
-  const std::int64_t offset = line.to_normal(crossing);
-  if (std::abs(offset) > kReach) return std::nullopt;
-  return offset;
+  return first * kSubpixel - kSubpixel / 2 + rounded_quotient(sum * kSubpixel, full);
+}
+
+// Offset by the share of the outside: once with a window that holds the border wherever it may be, and again with a
+// narrow one around that place, which lets in less noise. None where there is no such share or the border is out of
+// reach.
+std::optional<std::int64_t> offset_by_share(const Profile& profile, const Line& line, const Light& color) {
+  const auto in_reach = [&](const std::optional<std::int64_t>& crossing) {
+    return crossing && std::abs(line.to_normal(*crossing)) <= kReach;
+  };
+  const auto coarse = crossing_by_share(profile, color, 0, line.pixels(kOutward), line.pixels(kInward));
+  if (!in_reach(coarse)) return std::nullopt;
+  const auto middle = static_cast<int>(rounded_quotient(*coarse, kSubpixel));
+  const int half = line.pixels(kBlur);
+  const auto fine = crossing_by_share(profile, color, middle, half, half);
+  if (!in_reach(fine)) return std::nullopt;
+  return line.to_normal(*fine);
 }
 
 // Offset of the largest slope of the light: vertex of the parabola through it and its two neighbours. Zero where the
@@ -206,7 +228,7 @@ std::int64_t offset_by_slope(const Profile& profile, const Line& line, const std
   const auto slope = [&](int k) {  // between pixels k - 1 and k, that is at k - 1/2
     return dot(profile[k], direction) - dot(profile[k - 1], direction);
   };
-  const int innermost = line.inward() - 1;
+  const int innermost = line.pixels(kInward) - 1;
   int best = -innermost;
   for (int k = best + 1; k <= innermost; ++k) {
     if (slope(k) > slope(best)) best = k;
@@ -228,6 +250,8 @@ void locate_edges(const ImageView& image, const Roi& search, const ColorGate& ga
   const LinearImage light(image, search, transfer);
   const std::optional<Light> color = part_color(image, light, gate, edges);
   for (EdgePixel& edge : edges) {
+    edge.offset_256 = 0;
+    if (!has_normal(edge)) continue;
     const Line line(edge);
     const Profile profile(light, line);
     const std::optional<std::int64_t> offset = color ? offset_by_share(profile, line, *color) : std::nullopt;

@@ -47,6 +47,11 @@ Outline::Outline(const CameraModel& camera, const PartModel& part, const Cylinde
                                  ideal_pixel(camera_, touch_[1] + outward * half_axis),
                                  ideal_pixel(camera_, pose.center_in_cam - outward * half_axis));
   }
+  for (const int base : {0, 1}) {
+    const auto b = static_cast<std::size_t>(base);
+    const Eigen::Vector2d tangent = arc_tangent(base, arcs.start[b] + arcs.span[b] / 2);
+    arc_turn_[b] = perpendicular(tangent).dot(chords_[b].normal) > 0 ? 1 : -1;
+  }
   first_station_[0] = 0;
   add_stations(kSide0, -height_m_ / 2, height_m_ / 2);
   add_stations(kSide1, -height_m_ / 2, height_m_ / 2);
@@ -57,6 +62,13 @@ Outline::Outline(const CameraModel& camera, const PartModel& part, const Cylinde
 Eigen::Vector3d Outline::point_at(OutlinePiece piece, double place) const {
   if (piece == kSide0 || piece == kSide1) return touch_[static_cast<std::size_t>(piece)] + place * pose_.axis_in_cam;
   return arcs_.point(piece - kBase0, place, radius_m_);
+}
+
+Eigen::Vector2d Outline::arc_tangent(int base, double angle) const {
+  const Eigen::Vector3d point = arcs_.point(base, angle, radius_m_);
+  const Eigen::Vector3d along = radius_m_ * (-std::sin(angle) * arcs_.toward + std::cos(angle) * arcs_.across);
+  return {camera_.fx * (along.x() - point.x() / point.z() * along.z()) / point.z(),
+          camera_.fy * (along.y() - point.y() / point.z() * along.z()) / point.z()};
 }
 
 void Outline::add_stations(OutlinePiece piece, double from, double to) {
@@ -129,16 +141,13 @@ std::optional<OutlineMatch> Outline::match_base(int base, const EdgePoint& edge,
   for (int step = 0; step < 3; ++step) {
     point = arcs_.point(base, angle, radius_m_);
     position = ideal_pixel(camera_, point);
-    const Eigen::Vector3d along = radius_m_ * (-std::sin(angle) * arcs_.toward + std::cos(angle) * arcs_.across);
-    tangent = {camera_.fx * (along.x() - point.x() / point.z() * along.z()) / point.z(),
-               camera_.fy * (along.y() - point.y() / point.z() * along.z()) / point.z()};
+    tangent = arc_tangent(base, angle);
     if (step < 2) {
       const double change = tangent.dot(edge.position_px - position) / tangent.squaredNorm();
       angle = std::clamp(angle + change, low, high);
     }
   }
-  Eigen::Vector2d inward = perpendicular(tangent).normalized();
-  if (inward.dot(chords_[b].normal) < 0) inward = -inward;
+  const Eigen::Vector2d inward = arc_turn_[b] * perpendicular(tangent).normalized();
   const double distance = inward.dot(edge.position_px - position);
   if (std::abs(distance) > max_distance_px || inward.dot(edge.inward) < kMinNormalCosine ||
       (edge.position_px - position).norm() > max_distance_px + 1) {

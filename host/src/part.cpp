@@ -111,7 +111,7 @@ void save_parts(const std::vector<PartModel>& parts, const std::filesystem::path
         yaml_quoted(part.name), part.radius_m, part.height_m, part.hue_lo_deg, part.hue_hi_deg, part.min_saturation,
         part.min_value);
   }
-  write_text_file(path, text);
+  write_file(path, text);
 }
 
 }  // namespace cylpose

@@ -26,7 +26,7 @@ std::optional<Number> parse_whole(std::string_view text) {
 
 }  // namespace
 
-std::string read_text_file(const fs::path& path, std::size_t max_bytes) {
+std::string read_file(const fs::path& path, std::size_t max_bytes) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) {
     throw Error(ErrorKind::kInput, fmt::format("{}: no such file; check the path", path.string()));
@@ -58,7 +58,7 @@ std::string read_text_file(const fs::path& path, std::size_t max_bytes) {
   return text;
 }
 
-void write_text_file(const fs::path& path, std::string_view text) {
+void write_file(const fs::path& path, std::string_view text) {
   errno = 0;
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
   file.write(text.data(), static_cast<std::streamsize>(text.size()));

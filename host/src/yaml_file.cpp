@@ -28,7 +28,7 @@ void disarm_opencv_directive(std::string& text) {
 }  // namespace
 
 YamlValue YamlValue::from_file(const std::filesystem::path& path) {
-  std::string text = read_text_file(path, kMaxBytes);
+  std::string text = read_file(path, kMaxBytes);
   disarm_opencv_directive(text);
   try {
     YamlValue root(YAML::Load(text), path.string(), "");

@@ -1,6 +1,7 @@
 // Edge fields as a perfect backend would deliver them, made from the exact outline of a pose.
 #pragma once
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -26,7 +27,9 @@ inline CameraModel test_camera() {
   return camera;
 }
 
-inline PartModel test_part() { return {"link", 0.05, 0.4, 200, 260, 0.3, 0.1}; }
+inline PartModel test_part() {
+  return {"link", 0.05, 0.4, 200, 260, 0.3, 0.1};
+}
 
 /// Sees all of the outline unless `is_visible` (of the pixel position) says otherwise; places have Gaussian noise of
 /// `noise_px` along their normals.
@@ -80,10 +83,10 @@ inline PartEdges ideal_edges(const CameraModel& camera, const PartModel& part, c
   for (const auto& [place, pixel] : pixels) field.edges.push_back(pixel);
 
   // The region: all pixels that the cylinder covers.
-  const auto [min_x, max_x] = std::minmax_element(outline.begin(), outline.end(),
-                                                  [](const auto& p, const auto& q) { return p.x() < q.x(); });
-  const auto [min_y, max_y] = std::minmax_element(outline.begin(), outline.end(),
-                                                  [](const auto& p, const auto& q) { return p.y() < q.y(); });
+  const auto [min_x, max_x] =
+      std::minmax_element(outline.begin(), outline.end(), [](const auto& p, const auto& q) { return p.x() < q.x(); });
+  const auto [min_y, max_y] =
+      std::minmax_element(outline.begin(), outline.end(), [](const auto& p, const auto& q) { return p.y() < q.y(); });
   for (int y = std::max(0, static_cast<int>(min_y->y())); y <= std::min(camera.height - 1.0, max_y->y()); ++y) {
     for (int x = std::max(0, static_cast<int>(min_x->x())); x <= std::min(camera.width - 1.0, max_x->x()); ++x) {
       const Eigen::Vector2d pixel(x, y);

@@ -92,7 +92,8 @@ TEST_F(PoseSolverTest, BothBasesHiddenTheCovarianceSaysSo) {
   ASSERT_EQ(estimate.status, PoseStatus::kOk) << estimate.reason;
   EXPECT_GT(estimate.covariance(1, 1), 0.01 * 0.01);
   EXPECT_LT(estimate.covariance(0, 0), 0.001 * 0.001);
-  EXPECT_LT(std::abs(estimate.pose.center_in_cam.y() - pose.center_in_cam.y()), 3 * std::sqrt(estimate.covariance(1, 1)));
+  EXPECT_LT(std::abs(estimate.pose.center_in_cam.y() - pose.center_in_cam.y()),
+            3 * std::sqrt(estimate.covariance(1, 1)));
 }
 
 TEST_F(PoseSolverTest, ABarAcrossTheMiddleLeavesThePose) {

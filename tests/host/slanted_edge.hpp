@@ -58,10 +58,9 @@ class SlantedEdgePicture {
   explicit SlantedEdgePicture(const SlantedEdge& edge) : edge_(edge) {
     const std::vector<double> kernel = aperture();
     const int half = static_cast<int>(kernel.size() / 2);
-    const int reach = edge.size;  // more than half the diagonal
     std::vector<Rgb> scene;
-    for (int i = -reach * kFine - half; i <= reach * kFine + half; ++i) scene.push_back(light_at((i + 0.5) / kFine));
-    std::vector<Rgb> profile(static_cast<std::size_t>(2 * reach * kFine));
+    for (int i = -kReach * kFine - half; i <= kReach * kFine + half; ++i) scene.push_back(light_at((i + 0.5) / kFine));
+    std::vector<Rgb> profile(static_cast<std::size_t>(2 * kReach * kFine));
     for (std::size_t i = 0; i < profile.size(); ++i) {
       for (std::size_t k = 0; k < kernel.size(); ++k) {
         for (std::size_t c = 0; c < 3; ++c) profile[i][c] += kernel[k] * scene[i + k][c];
@@ -71,11 +70,7 @@ class SlantedEdgePicture {
     std::normal_distribution<double> noise(0, 1);
     for (int y = 0; y < edge.size; ++y) {
       for (int x = 0; x < edge.size; ++x) {
-        const double place = (edge.inside(x, y) + reach) * kFine - 0.5;
-        const auto low = static_cast<std::size_t>(place);
-        const double share = place - static_cast<double>(low);
-        Rgb light{};
-        for (std::size_t c = 0; c < 3; ++c) light[c] = (1 - share) * profile[low][c] + share * profile[low + 1][c];
+        const Rgb light = blurred(profile, edge.inside(x, y));
         if (edge.gray) {
           put((light[0] + light[1] + light[2]) / 3, edge.noise * noise(random));
         } else {
@@ -93,6 +88,17 @@ class SlantedEdgePicture {
 
  private:
   static constexpr int kFine = 64;  // profile steps per pixel
+  static constexpr int kReach = 8;  // pixels from the border beyond which blur changes nothing
+
+  [[nodiscard]] Rgb blurred(const std::vector<Rgb>& profile, double depth) const {
+    const double place = (depth + kReach) * kFine - 0.5;
+    if (place < 0 || place >= static_cast<double>(profile.size() - 1)) return light_at(depth);
+    const auto low = static_cast<std::size_t>(place);
+    const double share = place - static_cast<double>(low);
+    Rgb light{};
+    for (std::size_t c = 0; c < 3; ++c) light[c] = (1 - share) * profile[low][c] + share * profile[low + 1][c];
+    return light;
+  }
 
   [[nodiscard]] Rgb light_at(double depth) const {
     if (depth < 0) return edge_.background;

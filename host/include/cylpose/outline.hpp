@@ -54,6 +54,7 @@ class Outline {
  private:
   Outline(const CameraModel& camera, const PartModel& part, const CylinderPose& pose, const OutlineArcs& arcs);
 
+  [[nodiscard]] Eigen::Vector2d arc_tangent(int base, double angle) const;
   void add_stations(OutlinePiece piece, double from, double to);
   [[nodiscard]] Eigen::Vector3d point_at(OutlinePiece piece, double place) const;
   [[nodiscard]] std::optional<OutlineMatch> match_side(int side, const EdgePoint& edge, double max_distance_px) const;
@@ -67,6 +68,7 @@ class Outline {
   std::array<ImageLine, 2> sides_;
   std::array<Eigen::Vector3d, 2> touch_;  ///< on each side's line of touch, at the centre's height
   std::array<ImageLine, 2> chords_;  ///< per base, through its two points of touch; the normal points into the part
+  std::array<double, 2> arc_turn_;   ///< +1 where the part lies to the left of the arc's tangent (x right, y down)
   std::vector<Station> stations_;
   std::array<int, kOutlinePieces + 1> first_station_;
 };

@@ -25,20 +25,27 @@ class ResponseImage {
         origin_y_(around.y - kMargin),
         stride_(around.width + 2 * kMargin) {
     const int rows = around.height + 2 * kMargin;
-    values_.reserve(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(rows));
+    values_.resize(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(rows));
+    // The margin's pixels that are not in `search` repeat the nearest one that is.
+    const int first_x = std::max(origin_x_, search.x);
+    const int end_x = std::min(origin_x_ + stride_, search.right());
     const Channels channel = channels_of(image.format);
-    const auto value_at = [&](const std::uint8_t* row, int x) {
-      const std::uint8_t* pixel = row + static_cast<std::ptrdiff_t>(x) * channel.step;
-      return image.format == PixelFormat::kGray8
-                 ? *pixel
-                 : static_cast<std::uint8_t>(
-                       response(gate, pixel[channel.red], pixel[channel.green], pixel[channel.blue]));
-    };
-    for (int y = 0; y < rows; ++y) {
-      const std::uint8_t* row = image.row(std::clamp(origin_y_ + y, search.y, search.bottom() - 1));
-      for (int x = 0; x < stride_; ++x) {
-        values_.push_back(value_at(row, std::clamp(origin_x_ + x, search.x, search.right() - 1)));
+    std::uint8_t* out = values_.data();
+    for (int y = 0; y < rows; ++y, out += stride_) {
+      const std::uint8_t* pixel = image.row(std::clamp(origin_y_ + y, search.y, search.bottom() - 1)) +
+                                  static_cast<std::ptrdiff_t>(first_x) * channel.step;
+      std::uint8_t* const first = out + (first_x - origin_x_);
+      std::uint8_t* const end = out + (end_x - origin_x_);
+      if (image.format == PixelFormat::kGray8) {
+        std::copy_n(pixel, end - first, first);
+      } else {
+        for (std::uint8_t* value = first; value != end; ++value, pixel += channel.step) {
+          *value =
+              static_cast<std::uint8_t>(response(gate, pixel[channel.red], pixel[channel.green], pixel[channel.blue]));
+        }
       }
+      std::fill(out, first, *first);
+      std::fill(end, out + stride_, *(end - 1));
     }
   }
 

@@ -1,0 +1,40 @@
+// Pictures of synthetic scenes with exact truth: first the light that falls on every pixel, then, as a step of its own,
+// what lens and sensor make of it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cylpose/scene.hpp>
+#include <opencv2/core/mat.hpp>
+
+namespace cylpose {
+
+/// The light on every pixel: CV_32FC3, channels B G R, linear, not limited to 1. A pixel is the mean over its square
+/// [x - 0.5, x + 0.5) x [y - 0.5, y + 0.5), its centre (x, y); the lens distortion of the camera is honoured.
+/// Pixels at the border of a part are integrated with a shifted lattice of 233 rays, so that the border's place has no
+/// bias and errs by about 0.003 px in one pixel; at other edges 34 rays do; elsewhere the ray through the centre.
+/// Throws Error(kInput) for a camera or part that cannot be.
+[[nodiscard]] cv::Mat render(const Scene& scene);
+
+/// Share of every pixel, 0..1, in which the part (an index into `scene.parts`) is what the camera sees: CV_32FC1.
+[[nodiscard]] cv::Mat render_coverage(const Scene& scene, std::size_t part);
+
+/// The pixels of which the part covers at least half: CV_8UC1, 0 or 255.
+[[nodiscard]] cv::Mat truth_mask(const Scene& scene, std::size_t part);
+
+/// What lens and sensor add.
+struct DegradeOptions {
+  double blur_sigma_px = 0.6;  ///< Gaussian blur of the light, pixels; 0: none. At most 50.
+  double noise_sigma = 1.5;    ///< Gaussian noise, code values 0..255, per channel; 0: none
+  Transfer transfer = Transfer::kSrgb;
+  std::uint64_t seed = 1;  ///< of the noise
+
+  [[nodiscard]] bool is_valid(std::string* why) const;
+};
+
+/// The picture that a camera delivers: blurred in linear light, coded, noisy, rounded and cut to 0..255. CV_8UC3, B G
+/// R. The same light and options give the same bytes with every compiler and standard library.
+/// Throws Error(kInput) for options out of range or a picture that render() does not make.
+[[nodiscard]] cv::Mat degrade(const cv::Mat& light, const DegradeOptions& options);
+
+}  // namespace cylpose

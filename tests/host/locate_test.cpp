@@ -1,0 +1,209 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cylpose/backend.hpp>
+#include <cylpose/locate.hpp>
+#include <numbers>
+#include <vector>
+
+#include "slanted_edge.hpp"
+
+namespace cylpose {
+namespace {
+
+using testing::light_of_codes;
+using testing::located;
+using testing::Rgb;
+using testing::SlantedEdge;
+using testing::SlantedEdgePicture;
+
+const PartModel kRed{"red", 0.05, 0.4, 340, 20, 0.3, 0.1};
+const PartModel kBright{"bright", 0.05, 0.4, 0, 360, 0, 0.4};
+
+std::vector<EdgePixel> edges_in(const ImageView& image, const PartModel& part, Transfer transfer) {
+  DetectOptions options;
+  options.transfer = transfer;
+  return make_backend("serial")->detect(image, image.bounds(), {&part, 1}, options).parts.at(0).edges;
+}
+
+struct Accuracy {
+  double bias;   // mean distance of the located points from the border, positive inside
+  double sigma;  // scatter of single points about it
+  double worst;  // largest |mean| of one angle
+  int points;
+};
+
+// Over angles of the whole circle and five places of the border within a pixel.
+Accuracy measured(SlantedEdge edge, const PartModel& part = kRed) {
+  double sum = 0;
+  double squares = 0;
+  double worst = 0;
+  int points = 0;
+  for (int degrees = 0; degrees < 360; degrees += 36) {
+    edge.angle_rad = (degrees + 5) * std::numbers::pi / 180;
+    double of_angle = 0;
+    int points_of_angle = 0;
+    for (const double phase : {-0.4, -0.2, 0.0, 0.2, 0.4}) {
+      edge.phase = phase;
+      ++edge.seed;
+      const SlantedEdgePicture picture(edge);
+      const Transfer transfer = edge.linear_codes ? Transfer::kLinear : Transfer::kSrgb;
+      for (const EdgePixel& pixel : edges_in(picture.view(), part, transfer)) {
+        // Without the picture's own edges, and without specks that noise makes elsewhere.
+        constexpr int kRim = 12;
+        const bool at_rim =
+            pixel.x < kRim || pixel.y < kRim || pixel.x >= edge.size - kRim || pixel.y >= edge.size - kRim;
+        if (at_rim || pixel.strength != EdgeStrength::kStrong || std::abs(edge.inside(pixel.x, pixel.y)) > 4) continue;
+        const auto [x, y] = located(pixel);
+        const double error = edge.inside(x, y);
+        of_angle += error;
+        squares += error * error;
+        ++points_of_angle;
+      }
+    }
+    EXPECT_GT(points_of_angle, 5 * 50) << degrees;
+    worst = std::max(worst, std::abs(of_angle / points_of_angle));
+    sum += of_angle;
+    points += points_of_angle;
+  }
+  const double bias = sum / points;
+  return {bias, std::sqrt(squares / points - bias * bias), worst, points};
+}
+
+TEST(Locate, WithAShareOfTheOutsideShadingAndGammaDoNotMatter) {
+  struct Case {
+    const char* name;
+    Rgb background;
+    double sigma;  // at noise 1.5; measured, with a fifth to spare
+  };
+  for (const Case& c :
+       {Case{"grey 120", light_of_codes(120, 120, 120), 0.046}, Case{"grey 200", light_of_codes(200, 200, 200), 0.031},
+        Case{"grey 60", light_of_codes(60, 60, 60), 0.085}, Case{"white", light_of_codes(255, 255, 255), 0.024},
+        Case{"blue", light_of_codes(40, 60, 160), 0.05}, Case{"green", light_of_codes(60, 150, 60), 0.05},
+        Case{"brown", light_of_codes(120, 80, 50), 0.095}}) {
+    SlantedEdge edge;
+    edge.background = c.background;
+    const Accuracy noisy = measured(edge);
+    EXPECT_LT(std::abs(noisy.bias), 0.015) << c.name;
+    EXPECT_LT(noisy.worst, 0.03) << c.name;
+    EXPECT_LT(noisy.sigma, c.sigma) << c.name;
+    edge.noise = 0;
+    const Accuracy clean = measured(edge);
+    EXPECT_LT(std::abs(clean.bias), 0.01) << c.name;
+    EXPECT_LT(clean.worst, 0.02) << c.name;
+    EXPECT_LT(clean.sigma, 0.02) << c.name;
+  }
+}
+
+TEST(Locate, BlurAndLimbDoNotMoveTheBorder) {
+  for (const double blur : {0.4, 0.6, 0.8, 1.0}) {
+    for (const double limb : {0.0, 10.0, 200.0}) {
+      SlantedEdge edge;
+      edge.blur_px = blur;
+      edge.limb_px = limb;
+      edge.ambient = 0.1;
+      const Accuracy accuracy = measured(edge);
+      EXPECT_LT(accuracy.worst, 0.035) << "blur " << blur << ", limb " << limb;
+      EXPECT_LT(accuracy.sigma, 0.06) << "blur " << blur << ", limb " << limb;
+    }
+  }
+}
+
+TEST(Locate, FollowsTheTransferOfTheCamera) {
+  SlantedEdge edge;
+  edge.linear_codes = true;
+  edge.part = {0.8, 0.15, 0.15};
+  edge.background = {0.5, 0.5, 0.5};
+  edge.noise = 0.5;
+  EXPECT_LT(measured(edge).worst, 0.03);
+
+  const SlantedEdgePicture picture(edge);
+  double linear = 0;
+  double srgb = 0;
+  for (const EdgePixel& pixel : edges_in(picture.view(), kRed, Transfer::kLinear)) linear += pixel.offset_256;
+  for (const EdgePixel& pixel : edges_in(picture.view(), kRed, Transfer::kSrgb)) srgb += pixel.offset_256;
+  EXPECT_GT(std::abs(linear - srgb), 10);
+}
+
+TEST(Locate, BeforeBlackTheSlopeIsBiasedByShadingAloneAndNotLost) {
+  SlantedEdge edge;
+  edge.background = light_of_codes(3, 3, 3);
+  const Accuracy shaded = measured(edge);
+  EXPECT_GT(shaded.bias, 0.1);
+  EXPECT_LT(shaded.bias, 0.3);
+  EXPECT_LT(shaded.sigma, 0.14);
+  edge.limb_px = 0;
+  const Accuracy even = measured(edge);
+  EXPECT_LT(std::abs(even.bias), 0.03);
+  EXPECT_LT(even.sigma, 0.1);
+}
+
+TEST(Locate, GreyImagesUseTheSlope) {
+  SlantedEdge edge;
+  edge.gray = true;
+  edge.part = light_of_codes(220, 220, 220);
+  edge.background = light_of_codes(40, 40, 40);
+  edge.limb_px = 0;
+  const Accuracy accuracy = measured(edge, kBright);
+  EXPECT_LT(std::abs(accuracy.bias), 0.03);
+  EXPECT_LT(accuracy.sigma, 0.1);
+}
+
+// One row across a border from grey to red, repeated, without blur: column 20 is the first of the part.
+std::vector<std::uint8_t> sharp_border(int width, int height) {
+  std::vector<std::uint8_t> bytes;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (const int code : {x < 20 ? 120 : 40, x < 20 ? 120 : 40, x < 20 ? 120 : 200}) {
+        bytes.push_back(static_cast<std::uint8_t>(code));
+      }
+    }
+  }
+  return bytes;
+}
+
+// Inner sides for the part's colour, and one edge pixel to ask about.
+std::vector<EdgePixel> with_neighbours(const EdgePixel& asked) {
+  std::vector<EdgePixel> edges(10, EdgePixel{20, 8, 400, 0, 0, EdgeStrength::kStrong});
+  edges.push_back(asked);
+  return edges;
+}
+
+TEST(Locate, FindsABorderWithinItsReachAndLeavesOthersAtThePixel) {
+  const std::vector<std::uint8_t> bytes = sharp_border(40, 16);
+  const ImageView image{bytes.data(), 40, 16, 120, PixelFormat::kBgr8};
+  for (int x = 14; x <= 26; ++x) {
+    std::vector<EdgePixel> edges =
+        with_neighbours({static_cast<std::int16_t>(x), 8, 400, 0, 77, EdgeStrength::kStrong});
+    locate_edges(image, image.bounds(), make_gate(kRed), Transfer::kSrgb, edges);
+    const double border = 19.5 - x;  // from the pixel, along the gradient
+    const double expected = std::abs(border) <= kLocateReach ? border : 0;
+    EXPECT_NEAR(edges.back().offset_256, 256 * expected, 1) << "edge pixel in column " << x;
+  }
+}
+
+TEST(Locate, AnEdgeWithoutGradientStaysAtItsPixel) {
+  const std::vector<std::uint8_t> bytes = sharp_border(40, 16);
+  const ImageView image{bytes.data(), 40, 16, 120, PixelFormat::kBgr8};
+  std::vector<EdgePixel> edges = with_neighbours({20, 8, 0, 0, 77, EdgeStrength::kWeak});
+  locate_edges(image, image.bounds(), make_gate(kRed), Transfer::kSrgb, edges);
+  EXPECT_EQ(edges.back().offset_256, 0);
+  edges.clear();
+  locate_edges(image, image.bounds(), make_gate(kRed), Transfer::kSrgb, edges);
+  EXPECT_TRUE(edges.empty());
+}
+
+// A white highlight along the inner side is not of the part's colour and must not bend it.
+TEST(Locate, HighlightsDoNotCountAsThePartsColor) {
+  std::vector<std::uint8_t> bytes = sharp_border(40, 16);
+  for (int x = 23; x <= 24; ++x) {
+    for (int c = 0; c < 3; ++c) bytes[static_cast<std::size_t>(8 * 120 + 3 * x + c)] = 254;
+  }
+  const ImageView image{bytes.data(), 40, 16, 120, PixelFormat::kBgr8};
+  std::vector<EdgePixel> edges{{20, 8, 400, 0, 0, EdgeStrength::kStrong}, {20, 4, 400, 0, 0, EdgeStrength::kStrong}};
+  locate_edges(image, image.bounds(), make_gate(kRed), Transfer::kSrgb, edges);
+  EXPECT_NEAR(edges[1].offset_256, -128, 1);
+}
+
+}  // namespace
+}  // namespace cylpose

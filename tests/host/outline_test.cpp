@@ -1,0 +1,130 @@
+#include <gtest/gtest.h>
+
+#include <cylpose/outline.hpp>
+
+#include "ideal_edges.hpp"
+
+namespace cylpose {
+namespace {
+
+using testing::random_pose;
+using testing::test_camera;
+using testing::test_part;
+
+class OutlineTest : public ::testing::Test {
+ protected:
+  std::vector<EdgePoint> exact_points(const CylinderPose& pose) const {
+    return edge_points(camera, testing::ideal_edges(camera, part, pose).edges);
+  }
+
+  CameraModel camera = test_camera();
+  PartModel part = test_part();
+};
+
+TEST_F(OutlineTest, EdgesOfThePoseLieOnIt) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 50; ++i) {
+    const CylinderPose pose = random_pose(random, part);
+    const auto outline = Outline::of(camera, part, pose);
+    ASSERT_TRUE(outline);
+    int unmatched = 0;
+    int bent = 0;
+    std::array<int, kOutlinePieces> per_piece{};
+    const auto points = exact_points(pose);
+    for (const EdgePoint& point : points) {
+      const auto match = outline->match(point, 1.0);
+      if (!match) {
+        ++unmatched;
+        continue;
+      }
+      // A pixel beside a tight arc does not have its foot point where the edge was sampled: few, and little.
+      EXPECT_LT(std::abs(match->distance_px), 0.4);
+      if (std::abs(match->distance_px) > 0.02) ++bent;
+      ++per_piece[static_cast<std::size_t>(match->piece)];
+    }
+    EXPECT_LE(unmatched, static_cast<int>(points.size()) / 50) << i;  // a few in the corners
+    EXPECT_LE(bent, static_cast<int>(points.size()) / 10) << i;
+    for (const int count : per_piece) EXPECT_GT(count, 3) << i;
+  }
+}
+
+TEST_F(OutlineTest, DistanceIsSignedAndInPixels) {
+  std::mt19937 random(2);
+  const CylinderPose pose = random_pose(random, part);
+  const auto outline = Outline::of(camera, part, pose);
+  ASSERT_TRUE(outline);
+  int checked = 0;
+  for (EdgePoint point : exact_points(pose)) {
+    const auto on = outline->match(point, 0.5);
+    if (!on) continue;
+    for (const double move : {-1.5, 0.7}) {
+      EdgePoint moved = point;
+      moved.position_px += move * on->inward;
+      const auto match = outline->match(moved, 3);
+      if (!match || match->piece != on->piece) continue;
+      EXPECT_NEAR(match->distance_px, on->distance_px + move, 0.1);
+      ++checked;
+    }
+  }
+  EXPECT_GT(checked, 50);
+}
+
+TEST_F(OutlineTest, NormalsMustAgree) {
+  const CylinderPose pose{{0, 0, 2}, Eigen::Vector3d(0.3, -1, 0.2).normalized()};
+  const auto outline = Outline::of(camera, part, pose);
+  ASSERT_TRUE(outline);
+  for (EdgePoint point : exact_points(pose)) {
+    point.inward = -point.inward;
+    const auto match = outline->match(point, 1.0);
+    EXPECT_FALSE(match);
+  }
+}
+
+TEST_F(OutlineTest, FarPointsDoNotMatch) {
+  const CylinderPose pose{{0, 0, 2}, -Eigen::Vector3d::UnitY()};
+  const auto outline = Outline::of(camera, part, pose);
+  ASSERT_TRUE(outline);
+  EXPECT_FALSE(outline->match({{100, 100}, Eigen::Vector2d::UnitX()}, 6));
+  // On the side line, but beyond the end of the part.
+  const Eigen::Vector2d beyond = outline->sides()[0].normal * outline->sides()[0].distance + Eigen::Vector2d(0, 600);
+  EXPECT_FALSE(outline->match({beyond, outline->sides()[0].normal}, 6));
+}
+
+TEST_F(OutlineTest, AreaAndInsideAgreeWithRays) {
+  std::mt19937 random(3);
+  for (int i = 0; i < 20; ++i) {
+    const CylinderPose pose = random_pose(random, part);
+    const auto outline = Outline::of(camera, part, pose);
+    ASSERT_TRUE(outline);
+    const auto field = testing::ideal_edges(camera, part, pose);
+    EXPECT_NEAR(outline->area_px() / static_cast<double>(field.region.m00), 1, 0.04) << i;
+  }
+}
+
+TEST_F(OutlineTest, WithinKeepsItsMargin) {
+  const CylinderPose pose{{0, 0, 2}, -Eigen::Vector3d::UnitY()};
+  const auto outline = Outline::of(camera, part, pose);
+  ASSERT_TRUE(outline);
+  const double half_width = 1215 * 0.05 / std::sqrt(4 - 0.05 * 0.05);
+  EXPECT_TRUE(outline->within({639.5 + half_width - 3.1, 359.5}, 3));
+  EXPECT_FALSE(outline->within({639.5 + half_width - 2.9, 359.5}, 3));
+  EXPECT_TRUE(outline->within({639.5 + half_width + 2.9, 359.5}, -3));
+}
+
+TEST_F(OutlineTest, StationsCoverEveryPieceInsideTheOutlinesBox) {
+  std::mt19937 random(4);
+  const CylinderPose pose = random_pose(random, part);
+  const auto outline = Outline::of(camera, part, pose);
+  ASSERT_TRUE(outline);
+  std::array<int, kOutlinePieces> per_piece{};
+  for (const auto& station : outline->stations()) ++per_piece[static_cast<std::size_t>(station.piece)];
+  for (const int count : per_piece) EXPECT_GE(count, 6);
+}
+
+TEST_F(OutlineTest, NoneFromInsideOrBehind) {
+  EXPECT_FALSE(Outline::of(camera, part, {{0, 0, 2}, Eigen::Vector3d::UnitZ()}));
+  EXPECT_FALSE(Outline::of(camera, part, {{0, 0, 0.1}, Eigen::Vector3d(0, 0.3, 1).normalized()}));
+}
+
+}  // namespace
+}  // namespace cylpose
