@@ -1,0 +1,163 @@
+// Where the border lies beside each edge pixel: sets KernelEdge::offset_256.
+//
+// A work-item takes edges in turns. It reads the light along the edge's line (line.cl) once and looks at it through
+// two windows, a wide one for where the border may be and a narrow one around where it was found:
+//
+//   k =  -12 ... -9 -8 ... -5 -4 -3 -2 -1  0  1  2  3 ... 8
+//                    b  b  b  o  o  o  o  o  i  i  i            wide: background b, window o and i
+//                 b  b  b  b  o  o  m  i  i                     narrow, middle m
+//
+// (for a line along the gradient; others are up to sqrt(2) longer). host/src/locate.cpp says why.
+// Border rule: that of line.cl.
+
+#define CYL_OUTWARD (4 * CYL_UNIT)    // from the edge pixel: all background from here outward
+#define CYL_BLUR (2 * CYL_UNIT)       // from the border: hardly any mixed light farther away
+#define CYL_REACH (5 * CYL_UNIT / 2)  // from the edge pixel: no border is looked for farther away
+#define CYL_BACKGROUND_PIXELS 4
+#define CYL_NOT_FOUND INT_MIN
+
+// The pixel farthest from the edge pixel in a window, and the most pixels of a profile.
+#define CYL_FARTHEST 9
+#define CYL_PROFILE (2 * CYL_FARTHEST + CYL_BACKGROUND_PIXELS + 1)
+
+typedef struct {
+  long r;
+  long g;
+  long b;
+} Light;
+
+typedef struct {
+  int first;  // k of the outermost pixel
+  Light pixels[CYL_PROFILE];
+} Profile;
+
+static long dot_light(Light a, Light b) {
+  return a.r * b.r + a.g * b.g + a.b * b.b;
+}
+
+static Light light_at(const Profile* profile, int k) {
+  return profile->pixels[k - profile->first];
+}
+
+static void read_profile(Profile* profile, const global uchar* image, const KernelFrame* frame, const Line* line,
+                         const global ushort* light) {
+  // How far a window around a border that is just in reach goes.
+  const int recentred = pixels_along(line, CYL_REACH) + 1 + pixels_along(line, CYL_BLUR);
+  profile->first = -max(pixels_along(line, CYL_OUTWARD), recentred) - CYL_BACKGROUND_PIXELS;
+  const int last = max(pixels_along(line, CYL_INWARD), recentred);
+  for (int k = profile->first; k <= last; ++k) {
+    const global uchar* pixel = pixel_of_line(image, frame, line, k);
+    Light* at = &profile->pixels[k - profile->first];
+    at->r = light[red_of(pixel)];
+    at->g = light[green_of(pixel)];
+    at->b = light[blue_of(pixel)];
+  }
+}
+
+// The part's colour direction, largest component CYL_UNIT; false where no pixel shows it.
+static bool color_of_part(const global ColorSum* sum, Light* color) {
+  const ulong r = ((ulong)sum->high[0] << 32) | sum->low[0];
+  const ulong g = ((ulong)sum->high[1] << 32) | sum->low[1];
+  const ulong b = ((ulong)sum->high[2] << 32) | sum->low[2];
+  const ulong largest = max(max(r, g), b);
+  if (largest == 0) return false;
+  color->r = rounded_quotient((long)r * CYL_UNIT, (long)largest);
+  color->g = rounded_quotient((long)g * CYL_UNIT, (long)largest);
+  color->b = rounded_quotient((long)b * CYL_UNIT, (long)largest);
+  return true;
+}
+
+// A component of the outside's colour without its share along the part's, in 1/64 of a unit of light.
+static long orthogonal(long of_outside, long of_color, long along, long color_squared) {
+  return rounded_quotient((of_outside * color_squared - along * of_color) * 64,
+                          color_squared * CYL_BACKGROUND_PIXELS);
+}
+
+// Where the outside ends on the line, in 1/CYL_SUBPIXEL from the edge pixel inward, judged from `outward` pixels
+// before and `inward` behind the pixel `middle`.
+static int crossing_by_share(const Profile* profile, Light color, int middle, int outward, int inward) {
+  const int first = middle - outward;
+  Light outside = {0, 0, 0};
+  for (int k = first - CYL_BACKGROUND_PIXELS; k < first; ++k) {
+    const Light pixel = light_at(profile, k);
+    outside.r += pixel.r;
+    outside.g += pixel.g;
+    outside.b += pixel.b;
+  }
+  const long color_squared = dot_light(color, color);
+  const long along = dot_light(outside, color);
+  Light w;
+  w.r = orthogonal(outside.r, color.r, along, color_squared);
+  w.g = orthogonal(outside.g, color.g, along, color_squared);
+  w.b = orthogonal(outside.b, color.b, along, color_squared);
+  const long least_contrast = 300 * 64;
+  if (dot_light(w, w) < least_contrast * least_contrast) return CYL_NOT_FOUND;
+
+  const long full = dot_light(w, outside) / CYL_BACKGROUND_PIXELS;
+  long sum = 0;
+  for (int k = first; k <= middle + inward; ++k) {
+    sum += clamp(dot_light(w, light_at(profile, k)), -full / 2, full + full / 2);
+  }
+  return first * CYL_SUBPIXEL - CYL_SUBPIXEL / 2 + (int)rounded_quotient(sum * CYL_SUBPIXEL, full);
+}
+
+// A place on the line as an offset along the gradient; CYL_NOT_FOUND out of reach.
+static int offset_of(const Line* line, int crossing) {
+  const int offset = (int)rounded_quotient((long)crossing * line->cosine, CYL_UNIT);
+  const int reach = CYL_REACH / (CYL_UNIT / CYL_SUBPIXEL);
+  return offset < -reach || offset > reach ? CYL_NOT_FOUND : offset;
+}
+
+static int offset_by_share(const Profile* profile, const Line* line, Light color) {
+  const int coarse = crossing_by_share(profile, color, 0, pixels_along(line, CYL_OUTWARD),
+                                       pixels_along(line, CYL_INWARD));
+  if (coarse == CYL_NOT_FOUND || offset_of(line, coarse) == CYL_NOT_FOUND) return CYL_NOT_FOUND;
+  const int middle = (int)rounded_quotient(coarse, CYL_SUBPIXEL);
+  const int half_width = pixels_along(line, CYL_BLUR);
+  const int fine = crossing_by_share(profile, color, middle, half_width, half_width);
+  return fine == CYL_NOT_FOUND ? CYL_NOT_FOUND : offset_of(line, fine);
+}
+
+// Between pixels k - 1 and k.
+static long slope_at(const Profile* profile, Light direction, int k) {
+  return dot_light(light_at(profile, k), direction) - dot_light(light_at(profile, k - 1), direction);
+}
+
+static int offset_by_slope(const Profile* profile, const Line* line, Light direction) {
+  const int innermost = pixels_along(line, CYL_INWARD) - 1;
+  int best = -innermost;
+  long peak = slope_at(profile, direction, best);
+  for (int k = best + 1; k <= innermost; ++k) {
+    const long slope = slope_at(profile, direction, k);
+    if (slope > peak) {
+      peak = slope;
+      best = k;
+    }
+  }
+  const long before = slope_at(profile, direction, best - 1);
+  const long after = slope_at(profile, direction, best + 1);
+  const long curvature = 2 * peak - before - after;
+  if (peak <= 0 || before > peak || after > peak || curvature == 0) return 0;
+  const int vertex = (int)rounded_quotient((after - before) * (CYL_SUBPIXEL / 2), curvature);
+  const int offset = offset_of(line, best * CYL_SUBPIXEL - CYL_SUBPIXEL / 2 + vertex);
+  return offset == CYL_NOT_FOUND ? 0 : offset;
+}
+
+CYL_KERNEL void locate_edges(const global uchar* image, const KernelFrame frame, const global ushort* light_tables,
+                             global uchar* result) {
+  const global ushort* light = light_tables + frame.light_table;
+  const uint count = min(header_of(result)->edges, frame.edge_capacity);
+  global KernelEdge* edges = edges_of(result, &frame);
+  for (uint i = (uint)get_global_id(0); i < count; i += (uint)get_global_size(0)) {
+    const KernelEdge edge = edges[i];
+    const Line line = line_through(edge.x - frame.origin_x, edge.y - frame.origin_y, edge.gx, edge.gy);
+    Profile profile;
+    read_profile(&profile, image, &frame, &line, light);
+    Light color = {CYL_UNIT, CYL_UNIT, CYL_UNIT};
+    const bool has_color = color_of_part(color_sums_of(result) + edge.kind / 4, &color);
+    int offset = has_color ? offset_by_share(&profile, &line, color) : CYL_NOT_FOUND;
+    if (offset == CYL_NOT_FOUND) offset = offset_by_slope(&profile, &line, color);
+    edges[i].offset_256 = (short)offset;
+  }
+  if (get_global_id(0) == 0) header_of(result)->stamp = frame.stamp;
+}
