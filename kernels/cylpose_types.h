@@ -99,7 +99,7 @@ typedef struct {
   CylI16 y;
   CylI16 gx;
   CylI16 gy;
-  CylI16 offset_256;
+  CylI16 offset_256;  // between finding and locating: the cosine of the edge's line (line.cl)
   CylU16 kind;  // 4 * part + strength (1 weak, 2 strong)
 } KernelEdge;
 

@@ -21,55 +21,57 @@
 #define CYL_WINDOW_MARGIN 2
 #define CYL_WINDOW_PIXELS (CYL_WINDOW - 2 * CYL_WINDOW_MARGIN)
 
-// OR (or AND) over up to five rows.
-static ulong wide_in_column(const global ulong* mask, const KernelFrame* frame, int row, int word) {
-  ulong wide = 0;
+// OR and AND over the rows up to two away that exist, of one word; bits that are no pixels count as 0 and 1.
+typedef struct {
+  ulong wide;
+  ulong core;
+} Column;
+
+static Column column_of(const global ulong* mask, const KernelFrame* frame, int row, int word) {
+  Column column = {0, ~0UL};
+  if (word < 0 || word >= words_in_row(frame)) return column;
   for (int y = max(row - 2, 0); y <= min(row + 2, frame->height - 1); ++y) {
-    wide |= mask[row_of_plane(frame, 0, y) + (size_t)word];
+    const ulong bits = mask[row_of_plane(frame, 0, y) + (size_t)word];
+    column.wide |= bits;
+    column.core &= bits;
   }
-  return wide;
+  column.core |= ~pixels_of_word(frame, word);
+  return column;
 }
 
-static ulong core_in_column(const global ulong* mask, const KernelFrame* frame, int row, int word) {
-  ulong core = ~0UL;
-  for (int y = max(row - 2, 0); y <= min(row + 2, frame->height - 1); ++y) {
-    core &= mask[row_of_plane(frame, 0, y) + (size_t)word];
-  }
-  return core | ~pixels_of_word(frame, word);
-}
-
-static ulong band_of_word(const global ulong* mask, const KernelFrame* frame, int row, int word) {
-  const bool has_before = word > 0;
-  const bool has_after = word + 1 < words_in_row(frame);
-  const ulong wide = wide_in_column(mask, frame, row, word);
-  const ulong wide_before = has_before ? wide_in_column(mask, frame, row, word - 1) : 0;
-  const ulong wide_after = has_after ? wide_in_column(mask, frame, row, word + 1) : 0;
-  const ulong reached = wide | (wide << 1) | (wide << 2) | (wide >> 1) | (wide >> 2) | (wide_before >> 63) |
-                        (wide_before >> 62) | (wide_after << 63) | (wide_after << 62);
-  if (reached == 0) return 0;
-  const ulong core = core_in_column(mask, frame, row, word);
-  const ulong core_before = has_before ? core_in_column(mask, frame, row, word - 1) : ~0UL;
-  const ulong core_after = has_after ? core_in_column(mask, frame, row, word + 1) : ~0UL;
-  const ulong inner = core & ((core << 1) | (core_before >> 63)) & ((core << 2) | (core_before >> 62)) &
-                      ((core >> 1) | (core_after << 63)) & ((core >> 2) | (core_after << 62));
-  return reached & ~inner & pixels_of_word(frame, word);
-}
-
-// True when no pixel of eight words, nor of the word before and after them, is within two rows of the mask.
-static bool far_from_mask(const global ulong* mask, const KernelFrame* frame, int row, int block) {
+// The band in the eight words from `first` on. False when it is empty there.
+static bool band_of_block(ulong* band, const global ulong* mask, const KernelFrame* frame, int row, int first) {
   ulong8 wide = 0;
-  ulong beside = 0;
+  ulong8 core = ~0UL;
   for (int y = max(row - 2, 0); y <= min(row + 2, frame->height - 1); ++y) {
-    const global ulong* words = mask + row_of_plane(frame, 0, y) + block;
-    wide |= vload8(0, words);
-    if (block > 0) beside |= words[-1];
-    if (block + 8 < frame->pitch) beside |= words[8];
+    const ulong8 bits = vload8(0, mask + row_of_plane(frame, 0, y) + first);
+    wide |= bits;
+    core &= bits;
   }
-  return beside == 0 && !any_bit(wide);
+  const Column before = column_of(mask, frame, row, first - 1);
+  const Column after = column_of(mask, frame, row, first + 8);
+  if ((before.wide | after.wide) == 0 && !any_bit(wide)) return false;
+
+  const int8 word = first + (int8)(0, 1, 2, 3, 4, 5, 6, 7);
+  const int8 pixels_left = frame->width - word * 64;
+  const ulong8 shift = convert_ulong8(clamp(pixels_left, 0, 63));
+  const ulong8 pixels = select(((ulong8)1 << shift) - 1UL, (ulong8)~0UL, convert_long8(pixels_left >= 64));
+  core |= ~pixels;
+  const ulong8 wide_before = (ulong8)(before.wide, wide.s0123, wide.s45, wide.s6);
+  const ulong8 wide_after = (ulong8)(wide.s1234, wide.s56, wide.s7, after.wide);
+  const ulong8 core_before = (ulong8)(before.core, core.s0123, core.s45, core.s6);
+  const ulong8 core_after = (ulong8)(core.s1234, core.s56, core.s7, after.core);
+  const ulong8 reached = wide | (wide << 1UL) | (wide << 2UL) | (wide >> 1UL) | (wide >> 2UL) | (wide_before >> 63UL) |
+                         (wide_before >> 62UL) | (wide_after << 63UL) | (wide_after << 62UL);
+  const ulong8 inner = core & ((core << 1UL) | (core_before >> 63UL)) & ((core << 2UL) | (core_before >> 62UL)) &
+                       ((core >> 1UL) | (core_after << 63UL)) & ((core >> 2UL) | (core_after << 62UL));
+  const ulong8 result = reached & ~inner & pixels;
+  vstore8(result, 0, band);
+  return any_bit(result);
 }
 
 // The response of sixteen pixels, 0..255.
-static short16 response_of(const KernelGate* gate, Colors colors) {
+CYL_INLINE short16 response_of(const KernelGate* gate, Colors colors) {
 #if CYL_CHANNELS == 1
   return convert_short16(colors.red);
 #else
@@ -92,7 +94,7 @@ typedef struct {
 } Gradients;
 
 // Sobel; lanes 0 and 15 lack a neighbour and are not used.
-static Gradients gradients_of(short16 above, short16 here, short16 below) {
+CYL_INLINE Gradients gradients_of(short16 above, short16 here, short16 below) {
   const short16 smooth = above + here + here + below;
   const short16 slope = below - above;
   Gradients gradients;
@@ -101,7 +103,7 @@ static Gradients gradients_of(short16 above, short16 here, short16 below) {
   return gradients;
 }
 
-static int16 squared(Gradients gradients) {
+CYL_INLINE int16 squared(Gradients gradients) {
   const int16 x = convert_int16(gradients.x);
   const int16 y = convert_int16(gradients.y);
   return x * x + y * y;
@@ -170,12 +172,10 @@ static bool shows_part(const KernelGate* gate, int r, int g, int b) {
   return hue && high >= gate->value && (high - low) * 256 >= gate->saturation_256 * high && high < 255;
 }
 
-static void add_light(LightSum* sum, const global uchar* image, const KernelFrame* frame, const KernelGate* gate,
-                      const global ushort* light, int x, int row, int gx, int gy) {
-  const Line line = line_through(x, row, gx, gy);
-  const int first = pixels_along(&line, CYL_INWARD);
+static void add_light(LightSum* sum, const Line* line, const KernelGate* gate, const global ushort* light) {
+  const int first = pixels_along(line, CYL_INWARD);
   for (int k = first; k <= first + 1; ++k) {
-    const global uchar* pixel = pixel_of_line(image, frame, &line, k);
+    const global uchar* pixel = pixel_of_line(line, k);
     const int r = red_of(pixel);
     const int g = green_of(pixel);
     const int b = blue_of(pixel);
@@ -210,15 +210,17 @@ static void find_in_window(const Window* window, uint band, const global uchar* 
     if (here <= window->squares[CYL_WINDOW + lane + step] || here < window->squares[CYL_WINDOW + lane - step]) {
       continue;
     }
+    const int cosine = cosine_of(gx, gy);
 #if CYL_CHANNELS != 1
-    add_light(sum, image, frame, gate, light, x + lane, row, gx, gy);
+    const Line line = line_through(image, frame, x + lane, row, gx, gy, cosine);
+    add_light(sum, &line, gate, light);
 #endif
     KernelEdge* edge = &found[count++];
     edge->x = (short)(frame->origin_x + x + lane);
     edge->y = (short)(frame->origin_y + row);
     edge->gx = (short)gx;
     edge->gy = (short)gy;
-    edge->offset_256 = 0;
+    edge->offset_256 = (short)cosine;
     edge->kind = (ushort)(4 * part + (here >= frame->strong ? 2 : 1));
   }
   if (count == 0) return;
@@ -241,12 +243,13 @@ CYL_KERNEL void find_edges(const global uchar* image, const KernelFrame frame, c
     const KernelGate gate = gates[part];
     LightSum sum = {0, 0, 0};
     for (int block = 0; block < words; block += 8) {
-      if (far_from_mask(mask, &frame, row, block)) continue;
-      for (int word = block; word < min(block + 8, words); ++word) {
-        for (ulong band = band_of_word(mask, &frame, row, word); band != 0;) {
+      ulong bands[8];
+      if (!band_of_block(bands, mask, &frame, row, block)) continue;
+      for (int i = 0; i < 8; ++i) {
+        for (ulong band = bands[i]; band != 0;) {
           const int first = lowest_bit(band);
           const uint in_window = (uint)(band >> first) & ((1U << CYL_WINDOW_PIXELS) - 1);
-          const int x = word * 64 + first - CYL_WINDOW_MARGIN;
+          const int x = (block + i) * 64 + first - CYL_WINDOW_MARGIN;
           Window window;
           fill_window(&window, image, &frame, &gate, x, row);
           find_in_window(&window, in_window, image, &frame, &gate, light, part, x, row, &sum, result);

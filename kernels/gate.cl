@@ -15,7 +15,7 @@
 #endif
 
 // 0xFF where a pixel is in the gate, else 0.
-static uchar16 in_gate(const KernelGate* gate, Colors colors) {
+CYL_INLINE uchar16 in_gate(const KernelGate* gate, Colors colors) {
 #if CYL_CHANNELS == 1
   return as_uchar16(colors.red >= (uchar16)(uchar)gate->value);
 #else
@@ -36,9 +36,21 @@ static uchar16 in_gate(const KernelGate* gate, Colors colors) {
 
 // Four times sixteen bytes of 0xFF or 0 to a word, first pixel lowest. The multiplication moves bit 0 of byte i of
 // eight to bit i of the highest byte; no two products meet in a bit.
-static ulong packed(uchar16 b0, uchar16 b1, uchar16 b2, uchar16 b3) {
+CYL_INLINE ulong packed(uchar16 b0, uchar16 b1, uchar16 b2, uchar16 b3) {
   const ulong8 bytes = (ulong8)(as_ulong2(b0), as_ulong2(b1), as_ulong2(b2), as_ulong2(b3));
   return as_ulong(convert_uchar8(((bytes & 0x0101010101010101UL) * 0x0102040810204080UL) >> 56UL));
+}
+
+typedef struct {
+  Colors c0;
+  Colors c1;
+  Colors c2;
+  Colors c3;
+} WordColors;
+
+CYL_INLINE ulong gated_word(const KernelGate* gate, const WordColors* colors) {
+  return packed(in_gate(gate, colors->c0), in_gate(gate, colors->c1), in_gate(gate, colors->c2),
+                in_gate(gate, colors->c3));
 }
 
 CYL_KERNEL void gate(const global uchar* image, const KernelFrame frame, const global KernelGate* gates,
@@ -63,18 +75,30 @@ CYL_KERNEL void gate(const global uchar* image, const KernelFrame frame, const g
     const global uchar* pixels = image_row(image, &frame, row);
     const int first_word = (int)(unit % spans) * CYL_SPAN_WORDS;
     const int end_word = min(first_word + CYL_SPAN_WORDS, frame.pitch);
-    for (int word = first_word; word < min(end_word, words); ++word) {
-      const int x = word * 64;
-      const Colors c0 = colors_at(pixels, x, frame.width);
-      const Colors c1 = colors_at(pixels, x + 16, frame.width);
-      const Colors c2 = colors_at(pixels, x + 32, frame.width);
-      const Colors c3 = colors_at(pixels, x + 48, frame.width);
+    const int whole_words = frame.width / 64;
+    for (int word = first_word; word < min(end_word, whole_words); ++word) {
+      const global uchar* at = pixels + word * (64 * CYL_CHANNELS);
+      WordColors colors;
+      colors.c0 = load_colors(at);
+      colors.c1 = load_colors(at + 16 * CYL_CHANNELS);
+      colors.c2 = load_colors(at + 32 * CYL_CHANNELS);
+      colors.c3 = load_colors(at + 48 * CYL_CHANNELS);
       for (int part = 0; part < frame.parts; ++part) {
         const KernelGate part_gate = gates[part];
-        planes[row_of_plane(&frame, part, row) + (size_t)word] =
-            packed(in_gate(&part_gate, c0), in_gate(&part_gate, c1), in_gate(&part_gate, c2),
-                   in_gate(&part_gate, c3)) &
-            pixels_of_word(&frame, word);
+        planes[row_of_plane(&frame, part, row) + (size_t)word] = gated_word(&part_gate, &colors);
+      }
+    }
+    if (whole_words < words && whole_words >= first_word && whole_words < end_word) {
+      const int x = whole_words * 64;
+      WordColors colors;
+      colors.c0 = colors_at(pixels, x, frame.width);
+      colors.c1 = colors_at(pixels, x + 16, frame.width);
+      colors.c2 = colors_at(pixels, x + 32, frame.width);
+      colors.c3 = colors_at(pixels, x + 48, frame.width);
+      for (int part = 0; part < frame.parts; ++part) {
+        const KernelGate part_gate = gates[part];
+        planes[row_of_plane(&frame, part, row) + (size_t)whole_words] =
+            gated_word(&part_gate, &colors) & pixels_of_word(&frame, whole_words);
       }
     }
     for (int part = 0; part < frame.parts; ++part) {

@@ -19,6 +19,9 @@
 
 #define CYL_KERNEL kernel __attribute__((reqd_work_group_size(CYL_GROUP_SIZE, 1, 1)))
 
+// For functions with vectors in the innermost loops: a call would take them through memory.
+#define CYL_INLINE static inline __attribute__((always_inline))
+
 // Rows of the mask that a strip needs around its own (band), and of the gate's plane (opening). Fixed by the stages.
 #define CYL_MASK_HALO 2
 #define CYL_GATE_HALO 4

@@ -9,14 +9,6 @@
 #define CYL_UNIT (1 << 12)     // length of a unit normal; lengths along the normal are in 1/CYL_UNIT pixels
 #define CYL_SUBPIXEL (1 << 8)  // offsets
 
-typedef struct {
-  int x;  // column and row of the edge pixel
-  int y;
-  int step_x;  // to the next pixel inward
-  int step_y;
-  int cosine;  // between line and gradient, in 1/CYL_UNIT
-} Line;
-
 // To the nearest, halves away from zero; `denominator` > 0.
 static long rounded_quotient(long numerator, long denominator) {
   return (numerator >= 0 ? numerator + denominator / 2 : numerator - denominator / 2) / denominator;
@@ -31,19 +23,35 @@ static uint integer_root(ulong value) {
   return (uint)root;
 }
 
-// The gradient must not be zero.
-static Line line_through(int x, int y, int gx, int gy) {
+// Of the angle between gradient and line, in 1/CYL_UNIT. The gradient must not be zero.
+static int cosine_of(int gx, int gy) {
   const int fraction_bits = 10;  // of the gradient's length
-  const ulong squared = (ulong)(gx * gx + gy * gy);
-  const uint length = integer_root(squared << (2 * fraction_bits));
+  const uint length = integer_root((ulong)(gx * gx + gy * gy) << (2 * fraction_bits));
+  const ulong along = (ulong)max(abs(gx), abs(gy)) << fraction_bits;
+  return (int)((along * CYL_UNIT + length / 2) / length);
+}
+
+typedef struct {
+  const global uchar* origin;  // the edge pixel
+  long step;                   // bytes from a pixel to the next one inward
+  int first;                   // k of the first and last pixel that exist
+  int last;
+  int cosine;
+} Line;
+
+static Line line_through(const global uchar* image, const KernelFrame* frame, int x, int y, int gx, int gy,
+                         int cosine) {
   const bool along_row = abs(gx) >= abs(gy);
-  const int along = along_row ? gx : gy;
+  const int at = along_row ? x : y;
+  const int size = along_row ? frame->width : frame->height;
+  const bool forward = (along_row ? gx : gy) >= 0;
+  const long next = along_row ? CYL_CHANNELS : frame->image_stride;
   Line line;
-  line.x = x;
-  line.y = y;
-  line.step_x = along_row ? (along < 0 ? -1 : 1) : 0;
-  line.step_y = along_row ? 0 : (along < 0 ? -1 : 1);
-  line.cosine = (int)rounded_quotient(((long)abs(along) << fraction_bits) * CYL_UNIT, length);
+  line.origin = image_row(image, frame, y) + x * CYL_CHANNELS;
+  line.step = forward ? next : -next;
+  line.first = forward ? -at : at + 1 - size;
+  line.last = forward ? size - 1 - at : at;
+  line.cosine = cosine;
   return line;
 }
 
@@ -52,12 +60,8 @@ static int pixels_along(const Line* line, int along_gradient) {
   return (along_gradient + line->cosine / 2) / line->cosine;
 }
 
-// The k-th pixel inward.
-static const global uchar* pixel_of_line(const global uchar* image, const KernelFrame* frame, const Line* line,
-                                         int k) {
-  const int x = clamp(line->x + k * line->step_x, 0, frame->width - 1);
-  const int y = clamp(line->y + k * line->step_y, 0, frame->height - 1);
-  return image_row(image, frame, y) + x * CYL_CHANNELS;
+static const global uchar* pixel_of_line(const Line* line, int k) {
+  return line->origin + clamp(k, line->first, line->last) * line->step;
 }
 
 static int red_of(const global uchar* pixel) {

@@ -16,61 +16,83 @@
 #define CYL_BACKGROUND_PIXELS 4
 #define CYL_NOT_FOUND INT_MIN
 
-// The pixel farthest from the edge pixel in a window, and the most pixels of a profile.
+// The pixel farthest from the edge pixel in a window, and room for the pixels of a profile: those up to the farthest
+// on both sides, the background, and what a vector of a window reads beyond.
 #define CYL_FARTHEST 9
-#define CYL_PROFILE (2 * CYL_FARTHEST + CYL_BACKGROUND_PIXELS + 1)
+#define CYL_PROFILE (2 * CYL_FARTHEST + CYL_BACKGROUND_PIXELS + 1 + 16)
 
+// A colour or a direction in the space of colours. Light is at most 65535 a pixel, so its components and those of w
+// below fit 32 bits; products take 64.
 typedef struct {
-  long r;
-  long g;
-  long b;
+  int r;
+  int g;
+  int b;
 } Light;
 
 typedef struct {
-  int first;  // k of the outermost pixel
-  Light pixels[CYL_PROFILE];
+  int outermost;  // k of the first pixel
+  int r[CYL_PROFILE];
+  int g[CYL_PROFILE];
+  int b[CYL_PROFILE];
 } Profile;
 
 static long dot_light(Light a, Light b) {
-  return a.r * b.r + a.g * b.g + a.b * b.b;
+  return (long)a.r * b.r + (long)a.g * b.g + (long)a.b * b.b;
 }
 
 static Light light_at(const Profile* profile, int k) {
-  return profile->pixels[k - profile->first];
+  const int i = k - profile->outermost;
+  const Light light = {profile->r[i], profile->g[i], profile->b[i]};
+  return light;
 }
 
-static void read_profile(Profile* profile, const global uchar* image, const KernelFrame* frame, const Line* line,
-                         const global ushort* light) {
+static void read_profile(Profile* profile, const Line* line, const global ushort* light) {
   // How far a window around a border that is just in reach goes.
   const int recentred = pixels_along(line, CYL_REACH) + 1 + pixels_along(line, CYL_BLUR);
-  profile->first = -max(pixels_along(line, CYL_OUTWARD), recentred) - CYL_BACKGROUND_PIXELS;
-  const int last = max(pixels_along(line, CYL_INWARD), recentred);
-  for (int k = profile->first; k <= last; ++k) {
-    const global uchar* pixel = pixel_of_line(image, frame, line, k);
-    Light* at = &profile->pixels[k - profile->first];
-    at->r = light[red_of(pixel)];
-    at->g = light[green_of(pixel)];
-    at->b = light[blue_of(pixel)];
+  profile->outermost = -max(pixels_along(line, CYL_OUTWARD), recentred) - CYL_BACKGROUND_PIXELS;
+  const int count = max(pixels_along(line, CYL_INWARD), recentred) - profile->outermost + 1;
+  for (int i = 0; i < count; ++i) {
+    const global uchar* pixel = pixel_of_line(line, profile->outermost + i);
+    profile->r[i] = light[red_of(pixel)];
+    profile->g[i] = light[green_of(pixel)];
+    profile->b[i] = light[blue_of(pixel)];
   }
+  vstore16((int16)0, 0, profile->r + count);
+  vstore16((int16)0, 0, profile->g + count);
+  vstore16((int16)0, 0, profile->b + count);
 }
 
-// The part's colour direction, largest component CYL_UNIT; false where no pixel shows it.
-static bool color_of_part(const global ColorSum* sum, Light* color) {
+// The part's colour direction, largest component CYL_UNIT; all zero where no pixel shows it.
+static Light color_of_part(const global ColorSum* sum) {
   const ulong r = ((ulong)sum->high[0] << 32) | sum->low[0];
   const ulong g = ((ulong)sum->high[1] << 32) | sum->low[1];
   const ulong b = ((ulong)sum->high[2] << 32) | sum->low[2];
-  const ulong largest = max(max(r, g), b);
-  if (largest == 0) return false;
-  color->r = rounded_quotient((long)r * CYL_UNIT, (long)largest);
-  color->g = rounded_quotient((long)g * CYL_UNIT, (long)largest);
-  color->b = rounded_quotient((long)b * CYL_UNIT, (long)largest);
-  return true;
+  const long largest = (long)max(max(r, g), b);
+  Light color = {0, 0, 0};
+  if (largest == 0) return color;
+  color.r = (int)rounded_quotient((long)r * CYL_UNIT, largest);
+  color.g = (int)rounded_quotient((long)g * CYL_UNIT, largest);
+  color.b = (int)rounded_quotient((long)b * CYL_UNIT, largest);
+  return color;
 }
 
 // A component of the outside's colour without its share along the part's, in 1/64 of a unit of light.
-static long orthogonal(long of_outside, long of_color, long along, long color_squared) {
-  return rounded_quotient((of_outside * color_squared - along * of_color) * 64,
-                          color_squared * CYL_BACKGROUND_PIXELS);
+static int orthogonal(int of_outside, int of_color, long along, long color_squared) {
+  return (int)rounded_quotient((of_outside * color_squared - along * of_color) * 64,
+                               color_squared * CYL_BACKGROUND_PIXELS);
+}
+
+// Sum over eight pixels from index i on, of which the first `count` are in the window.
+static long clamped_sum(const Profile* profile, int i, int count, Light w, long lowest, long highest) {
+  const long8 r = convert_long8(vload8(0, profile->r + i));
+  const long8 g = convert_long8(vload8(0, profile->g + i));
+  const long8 b = convert_long8(vload8(0, profile->b + i));
+  const long8 shares = r * (long8)w.r + g * (long8)w.g + b * (long8)w.b;
+  const long8 in_window = (long8)(0, 1, 2, 3, 4, 5, 6, 7) < (long8)count;
+  const long8 clamped = min(max(shares, (long8)lowest), (long8)highest) & in_window;
+  const long4 four = clamped.lo + clamped.hi;
+  const long2 two = four.lo + four.hi;
+  return two.x + two.y;
 }
 
 // Where the outside ends on the line, in 1/CYL_SUBPIXEL from the edge pixel inward, judged from `outward` pixels
@@ -94,10 +116,10 @@ static int crossing_by_share(const Profile* profile, Light color, int middle, in
   if (dot_light(w, w) < least_contrast * least_contrast) return CYL_NOT_FOUND;
 
   const long full = dot_light(w, outside) / CYL_BACKGROUND_PIXELS;
-  long sum = 0;
-  for (int k = first; k <= middle + inward; ++k) {
-    sum += clamp(dot_light(w, light_at(profile, k)), -full / 2, full + full / 2);
-  }
+  const int count = outward + inward + 1;
+  const int i = first - profile->outermost;
+  long sum = clamped_sum(profile, i, count, w, -full / 2, full + full / 2);
+  if (count > 8) sum += clamped_sum(profile, i + 8, count - 8, w, -full / 2, full + full / 2);
   return first * CYL_SUBPIXEL - CYL_SUBPIXEL / 2 + (int)rounded_quotient(sum * CYL_SUBPIXEL, full);
 }
 
@@ -148,15 +170,22 @@ CYL_KERNEL void locate_edges(const global uchar* image, const KernelFrame frame,
   const global ushort* light = light_tables + frame.light_table;
   const uint count = min(header_of(result)->edges, frame.edge_capacity);
   global KernelEdge* edges = edges_of(result, &frame);
+  int part = -1;
+  Light color = {0, 0, 0};
   for (uint i = (uint)get_global_id(0); i < count; i += (uint)get_global_size(0)) {
     const KernelEdge edge = edges[i];
-    const Line line = line_through(edge.x - frame.origin_x, edge.y - frame.origin_y, edge.gx, edge.gy);
+    if (part != edge.kind / 4) {
+      part = edge.kind / 4;
+      color = color_of_part(color_sums_of(result) + part);
+    }
+    const Line line = line_through(image, &frame, edge.x - frame.origin_x, edge.y - frame.origin_y, edge.gx, edge.gy,
+                                   edge.offset_256);
     Profile profile;
-    read_profile(&profile, image, &frame, &line, light);
-    Light color = {CYL_UNIT, CYL_UNIT, CYL_UNIT};
-    const bool has_color = color_of_part(color_sums_of(result) + edge.kind / 4, &color);
+    read_profile(&profile, &line, light);
+    const bool has_color = (color.r | color.g | color.b) != 0;
+    const Light white = {CYL_UNIT, CYL_UNIT, CYL_UNIT};
     int offset = has_color ? offset_by_share(&profile, &line, color) : CYL_NOT_FOUND;
-    if (offset == CYL_NOT_FOUND) offset = offset_by_slope(&profile, &line, color);
+    if (offset == CYL_NOT_FOUND) offset = offset_by_slope(&profile, &line, has_color ? color : white);
     edges[i].offset_256 = (short)offset;
   }
   if (get_global_id(0) == 0) header_of(result)->stamp = frame.stamp;

@@ -26,10 +26,20 @@ typedef struct {
   uchar16 blue;
 } Colors;
 
-static Colors colors_of(uchar16 v0, uchar16 v1, uchar16 v2) {
-  const uchar16 first = (uchar16)(v0.s0369, v0.scf, v1.s258b, v1.se, v2.s147a, v2.sd);
-  const uchar16 second = (uchar16)(v0.s147a, v0.sd, v1.s0369, v1.scf, v2.s258b, v2.se);
-  const uchar16 third = (uchar16)(v0.s258b, v0.se, v1.s147a, v1.sd, v2.s0369, v2.scf);
+// A channel's bytes lie at other places in each of three vectors, one of
+//   A: 0 3 6 9 12 15    B: 1 4 7 10 13    C: 2 5 8 11 14
+// so masks gather them in one vector, and one shuffle of that brings them in order.
+CYL_INLINE uchar16 merged(uchar16 a, uchar16 b, uchar16 c) {
+  const uchar16 places_a = (uchar16)(0xFF, 0, 0, 0xFF, 0, 0, 0xFF, 0, 0, 0xFF, 0, 0, 0xFF, 0, 0, 0xFF);
+  const uchar16 places_b = (uchar16)(0, 0xFF, 0, 0, 0xFF, 0, 0, 0xFF, 0, 0, 0xFF, 0, 0, 0xFF, 0, 0);
+  const uchar16 places_c = (uchar16)(0, 0, 0xFF, 0, 0, 0xFF, 0, 0, 0xFF, 0, 0, 0xFF, 0, 0, 0xFF, 0);
+  return (a & places_a) | (b & places_b) | (c & places_c);
+}
+
+CYL_INLINE Colors colors_of(uchar16 v0, uchar16 v1, uchar16 v2) {
+  const uchar16 first = merged(v0, v2, v1).s0369cf258be147ad;
+  const uchar16 second = merged(v1, v0, v2).s147ad0369cf258be;
+  const uchar16 third = merged(v2, v1, v0).s258be147ad0369cf;
   Colors colors;
   colors.red = CYL_RED == 0 ? first : third;
   colors.green = second;
@@ -37,7 +47,7 @@ static Colors colors_of(uchar16 v0, uchar16 v1, uchar16 v2) {
   return colors;
 }
 
-static Colors load_colors(const global uchar* pixel) {
+CYL_INLINE Colors load_colors(const global uchar* pixel) {
 #if CYL_CHANNELS == 1
   const uchar16 code = vload16(0, pixel);
   Colors colors;

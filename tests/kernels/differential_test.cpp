@@ -33,6 +33,10 @@ struct Tuning {
   int span_words;
 };
 
+std::ostream& operator<<(std::ostream& out, const Tuning& tuning) {
+  return out << tuning.name;
+}
+
 class Differential : public ::testing::TestWithParam<Tuning> {
  protected:
   static OpenclBackend& opencl() {
