@@ -20,5 +20,6 @@ void add_devices_command(CLI::App& app);
 void add_estimate_command(CLI::App& app);
 void add_evaluate_command(CLI::App& app);
 void add_synth_command(CLI::App& app);
+void add_tune_command(CLI::App& app);
 
 }  // namespace cylpose::apps

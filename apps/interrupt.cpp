@@ -24,8 +24,10 @@ void handle(int signal, void (*handler)(int), int flags) {
 
 InterruptGuard::InterruptGuard() {
   interrupted = 0;
-  handle(SIGINT, on_signal, static_cast<int>(SA_RESETHAND));
-  handle(SIGTERM, on_signal, static_cast<int>(SA_RESETHAND));
+  // A write under way goes on: it would otherwise fail with EINTR and look like an output error.
+  constexpr int kOnceAndRestart = static_cast<int>(SA_RESETHAND | SA_RESTART);
+  handle(SIGINT, on_signal, kOnceAndRestart);
+  handle(SIGTERM, on_signal, kOnceAndRestart);
   handle(SIGPIPE, SIG_IGN, 0);
 }
 

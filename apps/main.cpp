@@ -33,9 +33,9 @@ int main(int argc, char** argv) {
   app.footer("Exit codes: 0 success, 2 usage or input, 3 output, 4 device, 130 interrupted, 1 anything else.");
   apps::add_estimate_command(app);
   apps::add_evaluate_command(app);
-  apps::add_devices_command(app);
-
   apps::add_synth_command(app);
+  apps::add_tune_command(app);
+  apps::add_devices_command(app);
 
   try {
     app.parse(argc, argv);

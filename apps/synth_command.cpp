@@ -1,18 +1,22 @@
 // cylpose synth: sequences with exact truth.
 #include <fmt/format.h>
-#include <unistd.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
+#include <cstdint>
 #include <cylpose/scenario.hpp>
 #include <cylpose/sequence.hpp>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "commands.hpp"
+#include "interrupt.hpp"
+#include "output.hpp"
+#include "progress.hpp"
 
 namespace cylpose::apps {
 namespace {
@@ -28,16 +32,19 @@ struct SynthArguments {
   bool list = false;
 };
 
-void list_scenarios() {
+std::string listing() {
   std::size_t width = 0;
   for (const Scenario& scenario : scenarios()) width = std::max(width, scenario.name.size());
+  std::string text;
   for (const Scenario& scenario : scenarios()) {
-    fmt::print("{:<{}}  {:>3} {}  {}\n", scenario.name, width, scenario.frames,
-               scenario.frames == 1 ? "frame " : "frames", scenario.description);
+    text += fmt::format("{:<{}}  {:>3} {}  {}\n", scenario.name, width, scenario.frames,
+                        scenario.frames == 1 ? "frame " : "frames", scenario.description);
   }
+  return text;
 }
 
 void synthesize(const SynthArguments& arguments) {
+  const InterruptGuard interrupt;
   const Scenario& scenario = find_scenario(arguments.scenario);
   SequenceOptions options = default_options(scenario);
   options.frames = arguments.frames.value_or(options.frames);
@@ -46,18 +53,25 @@ void synthesize(const SynthArguments& arguments) {
   options.seed = arguments.seed;
   options.video = arguments.video;
 
-  const bool on_terminal = isatty(STDERR_FILENO) == 1;
+  Progress progress(options.frames, false);
   const auto start = std::chrono::steady_clock::now();
+  int written = 0;
   const auto files = write_sequence(scenario, options, arguments.output, [&](int done) {
-    if (on_terminal) fmt::print(stderr, "\r{}: frame {} of {}", scenario.name, done, options.frames);
-    return true;
+    written = done;
+    progress.update(done);
+    return !InterruptGuard::requested();
   });
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-  if (on_terminal) fmt::print(stderr, "\n");
 
-  fmt::print("{}: {} frame{} in {} ({:.0f} ms a frame)\n", scenario.name, options.frames,
-             options.frames == 1 ? "" : "s", arguments.output.string(), 1000 * taken.count() / options.frames);
-  for (const auto& file : files) fmt::print("  {}\n", file.filename().string());
+  std::vector<std::string> names;
+  names.reserve(files.size());
+  for (const auto& file : files) names.push_back(file.filename().string());
+  const bool interrupted = written < options.frames;
+  progress.message(fmt::format("{}: {} of {} frames, {} in {} ({:.0f} ms a frame){}", scenario.name, written,
+                               options.frames, fmt::join(names, ", "), arguments.output.string(),
+                               1000 * taken.count() / written,
+                               interrupted ? "; interrupted, everything up to here is written" : ""));
+  if (interrupted) throw CLI::RuntimeError(kInterrupted);
 }
 
 }  // namespace
@@ -78,7 +92,7 @@ void add_synth_command(CLI::App& app) {
                     "Also write video.mp4 (MPEG-4), or video.avi (Motion JPEG) without that");
   command->callback([=] {
     if (arguments->list) {
-      list_scenarios();
+      write_stdout(listing());
       return;
     }
     if (name->empty() || output->empty()) {

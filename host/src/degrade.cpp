@@ -26,8 +26,9 @@ std::vector<float> half_kernel(double sigma) {
     weights.push_back(std::exp(-i * i / (2 * sigma * sigma)));
     sum += (i == 0 ? 1 : 2) * weights.back();
   }
-  std::vector<float> kernel;
-  for (const double weight : weights) kernel.push_back(static_cast<float>(weight / sum));
+  std::vector<float> kernel(weights.size());
+  std::transform(weights.begin(), weights.end(), kernel.begin(),
+                 [&](double weight) { return static_cast<float>(weight / sum); });
   return kernel;
 }
 

@@ -7,6 +7,7 @@
 #include <cylpose/frame_source.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
+#include <opencv2/videoio/registry.hpp>
 #include <utility>
 
 #include "image_file.hpp"
@@ -54,9 +55,15 @@ double stated_fps(const cv::VideoCapture& capture, double default_fps) {
   return std::isfinite(fps) && fps > 0 ? fps : default_fps;
 }
 
+/// FFmpeg where OpenCV has it: left to itself OpenCV goes on to try libraries for still cameras with every file that is
+/// no video, which takes seconds.
+int file_reader() {
+  return cv::videoio_registry::hasBackend(cv::CAP_FFMPEG) ? cv::CAP_FFMPEG : cv::CAP_ANY;
+}
+
 class VideoSource final : public FrameSource {
  public:
-  VideoSource(const fs::path& file, double default_fps) : name_(file.string()), capture_(name_) {
+  VideoSource(const fs::path& file, double default_fps) : name_(file.string()), capture_(name_, file_reader()) {
     if (!capture_.isOpened()) {
       throw Error(ErrorKind::kInput,
                   fmt::format("{}: is neither an image nor a video that can be opened; is it whole?", name_));
@@ -141,8 +148,7 @@ class CameraSource final : public FrameSource {
 /// Several sources as one; frames are numbered through, and each source starts one frame after the last one's end.
 class ChainedSource final : public FrameSource {
  public:
-  ChainedSource(std::vector<std::unique_ptr<FrameSource>> sources, double fps)
-      : sources_(std::move(sources)), period_s_(1 / fps) {}
+  explicit ChainedSource(std::vector<std::unique_ptr<FrameSource>> sources) : sources_(std::move(sources)) {}
 
   std::optional<Frame> next() override {
     while (current_ < sources_.size()) {
@@ -152,8 +158,8 @@ class ChainedSource final : public FrameSource {
         last_s_ = frame->timestamp_s;
         return frame;
       }
+      start_s_ = last_s_ + 1 / sources_[current_]->fps();
       ++current_;
-      start_s_ = last_s_ + period_s_;
     }
     return std::nullopt;
   }
@@ -181,7 +187,6 @@ class ChainedSource final : public FrameSource {
 
  private:
   std::vector<std::unique_ptr<FrameSource>> sources_;
-  double period_s_;
   std::size_t current_ = 0;
   std::int64_t delivered_ = 0;
   double start_s_ = 0;
@@ -204,8 +209,8 @@ class SourceList {
     } else if (fs::exists(status)) {
       add_file(path);
     } else if (const auto number = parse_integer(input); number && *number >= 0 && *number < 1000) {
-      add_source(
-          std::make_unique<CameraSource>("camera " + input, cv::VideoCapture(static_cast<int>(*number)), options_.fps));
+      add_source(std::make_unique<CameraSource>(
+          "camera " + input, cv::VideoCapture(static_cast<int>(*number), cv::CAP_V4L2), options_.fps));
     } else if (is_printf_pattern(input)) {
       for (fs::path& file : files_of_printf_pattern(input)) images_.push_back(std::move(file));
     } else if (is_glob(input)) {
@@ -219,7 +224,7 @@ class SourceList {
     finish_images();
     if (sources_.empty()) throw Error(ErrorKind::kInput, "no input; give images, a folder, a video or a camera");
     if (sources_.size() == 1) return std::move(sources_.front());
-    return std::make_unique<ChainedSource>(std::move(sources_), options_.fps);
+    return std::make_unique<ChainedSource>(std::move(sources_));
   }
 
  private:

@@ -2,16 +2,12 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cylpose/srgb.hpp>
 
 namespace cylpose {
 namespace {
 
 constexpr double kFull = 65535;
-
-// IEC 61966-2-1, codes and light 0..1.
-double srgb_to_linear(double code) {
-  return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4);
-}
 
 template <typename Curve>
 LinearTable tabulated(Curve curve) {
@@ -25,7 +21,7 @@ LinearTable tabulated(Curve curve) {
 }  // namespace
 
 const LinearTable& linear_light(Transfer transfer) {
-  static const LinearTable srgb = tabulated(srgb_to_linear);
+  static const LinearTable srgb = tabulated(linear_from_srgb);
   static const LinearTable linear = tabulated([](double code) { return code; });
   return transfer == Transfer::kSrgb ? srgb : linear;
 }

@@ -9,6 +9,7 @@
 #include <cylpose/pose_solver.hpp>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "option_check.hpp"
 #include "stage_clock.hpp"
@@ -182,6 +183,12 @@ class PartSolver {
     if (refined.rms_px > check.max_rms_px) {
       return none(fmt::format("edges {:.2f} px off the outline", refined.rms_px));
     }
+    for (const auto& [seen_base, other] : {std::pair{kBase0, kBase1}, std::pair{kBase1, kBase0}}) {
+      if (refined.piece_seen[other] < check.min_side_seen &&
+          refined.piece_rms_px[seen_base] > check.max_lone_base_rms_px) {
+        return none(fmt::format("the only base seen fits badly ({:.2f} px)", refined.piece_rms_px[seen_base]));
+      }
+    }
     if (solution.explained < check.min_explained) {
       return none(fmt::format("outline explains only {:.0f} % of the edges in it", 100 * solution.explained));
     }
@@ -213,8 +220,9 @@ class PartSolver {
 
 bool CheckOptions::is_valid(std::string* why) const {
   return require_share(min_seen, "min_seen", why) && require_share(min_side_seen, "min_side_seen", why) &&
-         require_positive(max_rms_px, "max_rms_px", why) && require_share(min_explained, "min_explained", why) &&
-         require_share(min_fill, "min_fill", why);
+         require_positive(max_rms_px, "max_rms_px", why) &&
+         require_positive(max_lone_base_rms_px, "max_lone_base_rms_px", why) &&
+         require_share(min_explained, "min_explained", why) && require_share(min_fill, "min_fill", why);
 }
 
 bool SolveOptions::is_valid(std::string* why) const {

@@ -9,15 +9,15 @@
 namespace cylpose {
 namespace {
 
-constexpr double kMargin_px = 6;           // of the outline from the image's border
-constexpr double kMinSightAngle_deg = 30;  // of the axis from the line of sight: the sides show
+constexpr double kMarginPx = 6;           // of the outline from the image's border
+constexpr double kMinSightAngleDeg = 30;  // of the axis from the line of sight: the sides show
 
 bool is_inside_image(const CylinderPose& pose, const PartModel& part, const CameraModel& camera) {
   const auto outline = silhouette(pose, part.radius_m, part.height_m);
   return !outline.empty() && std::all_of(outline.begin(), outline.end(), [&](const Eigen::Vector2d& ray) {
     const Eigen::Vector2d pixel = project(camera, {ray.x(), ray.y(), 1});
-    return pixel.x() >= kMargin_px && pixel.x() <= camera.width - 1 - kMargin_px && pixel.y() >= kMargin_px &&
-           pixel.y() <= camera.height - 1 - kMargin_px;
+    return pixel.x() >= kMarginPx && pixel.x() <= camera.width - 1 - kMarginPx && pixel.y() >= kMarginPx &&
+           pixel.y() <= camera.height - 1 - kMarginPx;
   });
 }
 
@@ -28,10 +28,10 @@ CylinderPose random_pose(const PartModel& part, const CameraModel& camera, Porta
     const double distance = random->uniform(0.8, 5);
     const Eigen::Vector3d sight((x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy, 1);
     // Uniform over the sphere outside the cone around the line of sight.
-    const double cosine = random->uniform(-1, 1) * std::cos(radians(kMinSightAngle_deg));
+    const double cosine = random->uniform(-1, 1) * std::cos(radians(kMinSightAngleDeg));
     const double angle_deg = std::acos(cosine) / radians(1);
     const Eigen::Vector3d center = distance * sight.normalized();
-    const CylinderPose pose{center, axis_at(center, angle_deg, random->uniform(0, 360))};
+    CylinderPose pose{center, axis_at(center, angle_deg, random->uniform(0, 360))};
     if (is_inside_image(pose, part, camera)) return pose;
   }
 }

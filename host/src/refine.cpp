@@ -113,9 +113,7 @@ class Refinement {
     refined.pose = pose_;
     refined.covariance = covariance(options.common_edge_sigma_px);
     refined.support = static_cast<int>(matched_.size());
-    double squares = 0;
-    for (const MatchedPoint& point : matched_) squares += point.match.distance_px * point.match.distance_px;
-    refined.rms_px = std::sqrt(squares / refined.support);
+    measure_residuals(refined);
     count_seen(*outline, refined);
     return refined;
   }
@@ -168,6 +166,22 @@ class Refinement {
     Eigen::Matrix<double, 6, 6> full = to_full * covariance * to_full.transpose();
     full.bottomRightCorner<3, 3>() += kUnobservableRoll * pose_.axis_in_cam * pose_.axis_in_cam.transpose();
     return full;
+  }
+
+  void measure_residuals(RefinedPose& refined) const {
+    std::array<double, kOutlinePieces> squares{};
+    std::array<int, kOutlinePieces> counts{};
+    for (const MatchedPoint& point : matched_) {
+      const auto piece = static_cast<std::size_t>(point.match.piece);
+      squares[piece] += point.match.distance_px * point.match.distance_px;
+      ++counts[piece];
+    }
+    double all = 0;
+    for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
+      refined.piece_rms_px[piece] = counts[piece] > 0 ? std::sqrt(squares[piece] / counts[piece]) : 0;
+      all += squares[piece];
+    }
+    refined.rms_px = std::sqrt(all / refined.support);
   }
 
   void count_seen(const Outline& outline, RefinedPose& refined) const {

@@ -31,14 +31,14 @@ void add_arm(const Eigen::Vector3d& shoulder_in_cam, const ArmAngles& angles, co
 
   const Eigen::Vector3d elbow = shoulder_in_cam + 0.46 * upper;
   const Eigen::Vector3d part_start = elbow + 0.11 * fore;
-  const Eigen::Vector3d wrist = part_start + (kStandardHeight_m + 0.05) * fore;
+  const Eigen::Vector3d wrist = part_start + (kStandardHeightM + 0.05) * fore;
   auto& solids = scene->others;
   solids.push_back(rod(shoulder_in_cam - 0.8 * up, shoulder_in_cam - 0.07 * up, 0.1, paint));
   solids.push_back(rod(shoulder_in_cam - 0.09 * hinge, shoulder_in_cam + 0.09 * hinge, 0.085, metal));
   solids.push_back(rod(shoulder_in_cam, elbow, 0.05, paint));
   solids.push_back(rod(elbow - 0.075 * hinge, elbow + 0.075 * hinge, 0.07, metal));
   solids.push_back(rod(elbow, part_start, 0.04, metal));
-  scene->parts.push_back(at_pose(forearm, {part_start + kStandardHeight_m / 2 * fore, fore}));
+  scene->parts.push_back(at_pose(forearm, {part_start + kStandardHeightM / 2 * fore, fore}));
   solids.push_back(rod(wrist - 0.05 * fore, wrist, 0.035, metal));
   solids.push_back({SphereSolid{wrist, 0.055}, paint});
   // The gripper: a palm and two fingers beside the line of the forearm.

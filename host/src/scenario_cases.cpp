@@ -6,11 +6,11 @@
 namespace cylpose {
 namespace {
 
-constexpr double kHue_deg = 135;
+constexpr double kHueDeg = 135;
 
 Scenario single(const std::string& name, const std::string& description, const CylinderPose& pose,
                 const std::vector<Solid>& occluders = {}) {
-  const PaintedPart part = painted_part("cylinder", kHue_deg);
+  const PaintedPart part = painted_part("cylinder", kHueDeg);
   Scenario scenario;
   scenario.name = name;
   scenario.description = description;

@@ -19,9 +19,9 @@ Scenario occlusion() {
   scenario.camera = scenario_camera();
   scenario.parts = {part.model};
   scenario.scene_at = [=](double share) {
-    constexpr double kTurn_deg = 62;
+    constexpr double kTurnDeg = 62;
     const Eigen::Vector3d center(0.02, 0.01, 1.2);
-    const CylinderPose pose{center, axis_at(center, 80, kTurn_deg)};
+    const CylinderPose pose{center, axis_at(center, 80, kTurnDeg)};
     Scene scene;
     scene.camera = scenario_camera();
     scene.background = grey_clouds(5);
@@ -31,7 +31,7 @@ Scenario occlusion() {
     const double nearness = 0.85;
     const double along_m = std::lerp(0.34, 0.0, share);
     scene.others.push_back(turned_box(nearness * (center + along_m * pose.axis_in_cam),
-                                      {nearness * kStandardHeight_m / 2, 0.7, 0.02}, kTurn_deg - 90, grey(0.3)));
+                                      {nearness * kStandardHeightM / 2, 0.7, 0.02}, kTurnDeg - 90, grey(0.3)));
     return scene;
   };
   return scenario;
@@ -68,7 +68,7 @@ Scenario candle_on_table() {
     const double yaw = radians(12 + 110 * turn);
     const Eigen::Vector3d axis = cam_from_table * Eigen::Vector3d(std::cos(yaw), std::sin(yaw), 0);
 
-    constexpr double kBoardThickness_m = 0.018;
+    constexpr double kBoardThicknessM = 0.018;
     const Eigen::Vector3d on_board = center - candle.model.radius_m * up;
     const Eigen::Matrix3d cam_from_board =
         cam_from_table * Eigen::AngleAxisd(radians(25), Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -87,8 +87,8 @@ Scenario candle_on_table() {
     scene.lighting.hard_shadows = true;
     scene.parts = {at_pose(candle, {center, axis})};
     scene.others = {
-        {BoxSolid{on_board - kBoardThickness_m / 2 * up, cam_from_board, {0.24, 0.19, kBoardThickness_m / 2}}, wood},
-        {BoxSolid{on_board - (kBoardThickness_m + 0.02) * up, cam_from_table, {1.5, 1.2, 0.02}}, metal}};
+        {BoxSolid{on_board - kBoardThicknessM / 2 * up, cam_from_board, {0.24, 0.19, kBoardThicknessM / 2}}, wood},
+        {BoxSolid{on_board - (kBoardThicknessM + 0.02) * up, cam_from_table, {1.5, 1.2, 0.02}}, metal}};
     return scene;
   };
   return scenario;

@@ -22,11 +22,11 @@ Eigen::Vector3d axis_at(const Eigen::Vector3d& center_in_cam, double angle_deg, 
 PaintedPart painted_part(const std::string& name, double hue_deg, double hue_tolerance_deg) {
   PaintedPart part;
   part.model.name = name;
-  part.model.radius_m = kStandardRadius_m;
-  part.model.height_m = kStandardHeight_m;
+  part.model.radius_m = kStandardRadiusM;
+  part.model.height_m = kStandardHeightM;
   part.model.hue_lo_deg = std::fmod(hue_deg - hue_tolerance_deg + 360, 360);
   part.model.hue_hi_deg = std::fmod(hue_deg + hue_tolerance_deg, 360);
-  part.model.min_saturation = 0.3;
+  part.model.min_saturation = 0.2;
   part.model.min_value = 0.15;
   part.material.texture.color = linear_from_hsv(hue_deg, 0.9, 0.85);
   part.material.specular = 0.12;

@@ -10,8 +10,8 @@
 
 namespace cylpose {
 
-inline constexpr double kStandardRadius_m = 0.05;
-inline constexpr double kStandardHeight_m = 0.4;
+inline constexpr double kStandardRadiusM = 0.05;
+inline constexpr double kStandardHeightM = 0.4;
 
 [[nodiscard]] double radians(double degrees);
 

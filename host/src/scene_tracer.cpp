@@ -15,7 +15,7 @@ namespace cylpose {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kShadowGap_m = 1e-6;  // keeps a surface from shading itself through rounding
+constexpr double kShadowGapM = 1e-6;  // keeps a surface from shading itself through rounding
 
 // Where a ray origin + t * direction, t > 0, enters a solid.
 struct Entry {
@@ -196,7 +196,7 @@ LightSample SceneTracer::light_along(const Eigen::Vector2d& ray) const {
       lighting_.at_infinity ? lighting_.light_in_cam : (lighting_.light_in_cam - point).normalized();
   const double facing = hit->normal_in_cam.dot(to_light);
   const bool shadowed =
-      lighting_.hard_shadows && facing > 0 && is_shadowed(point + kShadowGap_m * hit->normal_in_cam, to_light);
+      lighting_.hard_shadows && facing > 0 && is_shadowed(point + kShadowGapM * hit->normal_in_cam, to_light);
   LinearRgb light = lighting_.ambient * texture.color;
   if (facing > 0 && !shadowed) {
     light += lighting_.key * facing * texture.color;

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cylpose/error.hpp>
 #include <cylpose/render.hpp>
 #include <cylpose/sequence.hpp>
@@ -61,6 +62,26 @@ void write_image(const cv::Mat& image, const std::filesystem::path& path) {
   if (!written) throw Error(ErrorKind::kOutput, fmt::format("cannot write {}: {}", path.string(), reason));
 }
 
+// As text; without the sign of a zero, which says nothing and differs with the way it was computed.
+std::string nine_digits(double value) {
+  return fmt::format("{:.9f}", std::round(value * 1e9) / 1e9 + 0.0);
+}
+
+std::filesystem::path frame_path(const std::filesystem::path& folder, int frame) {
+  return folder / fmt::format("frame_{:04d}.png", frame);
+}
+
+// Frames of an earlier, longer sequence would be taken for frames of this one.
+void remove_frames_from(int frame, const std::filesystem::path& folder) {
+  std::error_code error;
+  while (std::filesystem::remove(frame_path(folder, frame), error)) ++frame;
+  if (error) {
+    throw Error(ErrorKind::kOutput, fmt::format("cannot remove {}, which is left from an earlier sequence: {}; give "
+                                                "another --output",
+                                                frame_path(folder, frame).string(), error.message()));
+  }
+}
+
 }  // namespace
 
 void save_truth(const std::vector<CylinderPose>& poses, const std::filesystem::path& path) {
@@ -69,8 +90,8 @@ void save_truth(const std::vector<CylinderPose>& poses, const std::filesystem::p
     const CylinderPose pose = with_fixed_sign(poses[frame]);
     const Eigen::Vector3d& c = pose.center_in_cam;
     const Eigen::Vector3d& a = pose.axis_in_cam;
-    text +=
-        fmt::format("{},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}\n", frame, c.x(), c.y(), c.z(), a.x(), a.y(), a.z());
+    text += fmt::format("{},{},{},{},{},{},{}\n", frame, nine_digits(c.x()), nine_digits(c.y()), nine_digits(c.z()),
+                        nine_digits(a.x()), nine_digits(a.y()), nine_digits(a.z()));
   }
   write_file(path, text);
 }
@@ -114,11 +135,12 @@ std::vector<std::filesystem::path> write_sequence(const Scenario& scenario, cons
   std::vector<CylinderPose> truth;
   for (int frame = 0; frame < options.frames; ++frame) {
     const cv::Mat image = sequence_frame(scenario, options, frame);
-    write_image(image, folder / fmt::format("frame_{:04d}.png", frame));
+    write_image(image, frame_path(folder, frame));
     if (video) video->write(image);
     truth.push_back(scenario.scene(frame, options.frames).parts.at(0).cylinder.pose);
     if (!progress(frame + 1)) break;
   }
+  remove_frames_from(static_cast<int>(truth.size()), folder);
   save_truth(truth, files[0]);
   return files;
 }

@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cylpose/backend.hpp>
 #include <cylpose/locate.hpp>
 #include <numbers>
@@ -193,16 +196,21 @@ TEST(Locate, AnEdgeWithoutGradientStaysAtItsPixel) {
   EXPECT_TRUE(edges.empty());
 }
 
-// A white highlight along the inner side is not of the part's colour and must not bend it.
-TEST(Locate, HighlightsDoNotCountAsThePartsColor) {
-  std::vector<std::uint8_t> bytes = sharp_border(40, 16);
-  for (int x = 23; x <= 24; ++x) {
-    for (int c = 0; c < 3; ++c) bytes[static_cast<std::size_t>(8 * 120 + 3 * x + c)] = 254;
+// Dirt and clipped pixels on an inner side have another colour than the part and must not bend it.
+TEST(Locate, OnlyUnclippedPixelsOfTheGateTellThePartsColor) {
+  struct Case {
+    const char* name;
+    std::array<std::uint8_t, 3> bgr;
+  };
+  for (const Case& c : {Case{"dirt", {60, 60, 80}}, Case{"clipped red", {110, 110, 255}}}) {
+    std::vector<std::uint8_t> bytes = sharp_border(40, 16);
+    for (const std::size_t x : {23U, 24U})
+      std::ranges::copy(c.bgr, bytes.begin() + static_cast<std::ptrdiff_t>(8 * 120 + 3 * x));
+    const ImageView image{bytes.data(), 40, 16, 120, PixelFormat::kBgr8};
+    std::vector<EdgePixel> edges{{20, 8, 400, 0, 0, EdgeStrength::kStrong}, {20, 4, 400, 0, 0, EdgeStrength::kStrong}};
+    locate_edges(image, image.bounds(), make_gate(kRed), Transfer::kSrgb, edges);
+    EXPECT_NEAR(edges[1].offset_256, -128, 1) << c.name;
   }
-  const ImageView image{bytes.data(), 40, 16, 120, PixelFormat::kBgr8};
-  std::vector<EdgePixel> edges{{20, 8, 400, 0, 0, EdgeStrength::kStrong}, {20, 4, 400, 0, 0, EdgeStrength::kStrong}};
-  locate_edges(image, image.bounds(), make_gate(kRed), Transfer::kSrgb, edges);
-  EXPECT_NEAR(edges[1].offset_256, -128, 1);
 }
 
 }  // namespace

@@ -60,8 +60,9 @@ TEST(OpencvBackend, MasksOfRandomColorsDifferInLessThan15InAThousandPixels) {
   struct Range {
     double lo, hi;
   };
-  for (const Range& range : {Range{0, 60}, Range{345, 15}, Range{90, 150}, Range{200, 260}, Range{300, 60},
-                             Range{10, 300}, Range{350, 340}, Range{0, 180}, Range{300, 360}, Range{0, 360}}) {
+  for (const Range& range :
+       {Range{0, 60}, Range{345, 15}, Range{90, 150}, Range{200, 260}, Range{300, 60}, Range{10, 300}, Range{350, 340},
+        Range{0, 180}, Range{300, 360}, Range{0, 360}, Range{100, 99.6}}) {
     for (const PixelFormat format : {PixelFormat::kBgr8, PixelFormat::kRgb8}) {
       const TestImage image = patches_of_random_colors(random, format);
       const PartModel part{"part", 0.05, 0.4, range.lo, range.hi, 0.2, 0.1};

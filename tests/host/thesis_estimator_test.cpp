@@ -254,9 +254,25 @@ TEST(ThesisEstimator, SearchRegionIsTheLastBoxEnlargedByAFourth) {
   // The region changes what is searched, not what is found.
   EXPECT_EQ(second.parts[0].pose.center_in_cam, first.parts[0].pose.center_in_cam);
   EXPECT_EQ(second.parts[0].support, first.parts[0].support);
-  // Lost once, it is looked for everywhere.
-  EXPECT_EQ(estimator->estimate(view_of(background(camera()))).searched, second.searched);
+  // Lost, it is looked for everywhere, in the same frame and in the next.
+  EXPECT_EQ(estimator->estimate(view_of(background(camera()))).searched, (Roi{0, 0, 640, 480}));
   EXPECT_EQ(estimator->estimate(view_of(image)).searched, (Roi{0, 0, 640, 480}));
+  EXPECT_EQ(estimator->estimate(view_of(image)).searched, second.searched);
+}
+
+TEST(ThesisEstimator, JumpOutOfTheSearchRegionCostsNoFrame) {
+  const auto estimator = make_thesis_estimator(camera(), {blue_part()});
+  for (const double x : {-0.3, 0.3}) {
+    cv::Mat image = background(camera());
+    draw(&image, camera(), {{x, 0, 1.2}, {0, -1, 0}}, blue_part(), kBlue);
+    StageTrace trace;
+    const FrameEstimate frame = estimator->estimate(view_of(image), &trace);
+    ASSERT_EQ(frame.parts[0].status, PoseStatus::kOk) << frame.parts[0].reason;
+    EXPECT_NEAR(frame.parts[0].pose.center_in_cam.x(), x, 0.01);
+    EXPECT_EQ(frame.searched, (Roi{0, 0, 640, 480}));
+    EXPECT_EQ(trace.parts[0].mask.roi, frame.searched);
+    EXPECT_EQ(trace.parts[0].lines.size(), trace.parts[0].segments.size());  // of this search alone
+  }
 }
 
 TEST(ThesisEstimator, SeveralPartsAreFoundEachByItsColour) {

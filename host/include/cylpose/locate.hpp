@@ -16,8 +16,8 @@ inline constexpr double kLocateReach = 2.5;
 ///
 /// In linear light a border pixel is a*c + b*B: the part's colour direction c, more or less brightly lit, and the
 /// colour B outside. For w with w.c = 0 and w.B = 1, b = w.pixel is the share of the outside, whatever the shading, and
-/// the integral of b along the normal says where the part ends; a symmetric blur does not move it. c is the mean over
-/// the inner sides of all edges, B is taken a few pixels outside each edge.
+/// its sum over the row or column of pixels nearest to the normal says where the part ends; a symmetric blur does not
+/// move it. c is the mean over the inner sides of all edges, B is taken 3 to 6 pixels outside each edge.
 ///
 /// Where there is no such channel (grey image; B black, or of the part's own hue) or it puts the border out of
 /// reach, the offset is that of the largest slope of the light along the normal; the limb's shading moves that place

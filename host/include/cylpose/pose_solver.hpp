@@ -19,10 +19,13 @@ struct CheckOptions {
   /// Share of the predicted outline (inside the image) that edge points support. Occluders lower it; a wrong pose
   /// seldom reaches a third. Range 0..1.
   double min_seen = 0.4;
-  /// The same for each of the two sides.
+  /// The same for each of the two sides; a base seen less than this counts as hidden.
   double min_side_seen = 0.2;
   /// Root mean square distance of the supporting points in pixels.
   double max_rms_px = 0.8;
+  /// Where one base is hidden (seen less than `min_side_seen`), the other one's curvature is all that tells the part's
+  /// side from the edge of an occluder that lies along it: root mean square distance of that base's points in pixels.
+  double max_lone_base_rms_px = 0.4;
   /// Share of the edge points inside the outline's band that support it. What an occluder or a second object of the
   /// colour contributes lowers it. Range 0..1.
   double min_explained = 0.4;

@@ -31,12 +31,13 @@ struct RefineOptions {
 
 struct RefinedPose {
   CylinderPose pose;
-  Eigen::Matrix<double, 6, 6> covariance;          ///< as PoseEstimate::covariance
-  double rms_px;                                   ///< of the supporting points' distances from the outline
-  int support;                                     ///< number of supporting points
-  std::array<double, kOutlinePieces> piece_seen;   ///< share of each piece's stations that a point supports, 0..1; only
-                                                   ///< stations inside the image count
-  std::array<int, kOutlinePieces> piece_stations;  ///< number of stations inside the image
+  Eigen::Matrix<double, 6, 6> covariance;         ///< as PoseEstimate::covariance
+  double rms_px;                                  ///< of the supporting points' distances from the outline
+  int support;                                    ///< number of supporting points
+  std::array<double, kOutlinePieces> piece_seen;  ///< share of each piece's stations that a point supports, 0..1; only
+                                                  ///< stations inside the image count
+  std::array<double, kOutlinePieces> piece_rms_px;  ///< of each piece's points; 0 where there are none
+  std::array<int, kOutlinePieces> piece_stations;   ///< number of stations inside the image
 };
 
 /// Minimises the distances of the edge points from the outline over the centre (3) and the axis direction (2), with

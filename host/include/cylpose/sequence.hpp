@@ -32,9 +32,9 @@ struct SequenceOptions {
 [[nodiscard]] cv::Mat sequence_frame(const Scenario& scenario, const SequenceOptions& options, int frame);
 
 /// Writes frame_0000.png ..., truth.csv, camera.yaml, parts.yaml and, on request, the video into `folder`, which is
-/// made if need be. Calls `progress` after every frame with the number of frames done; false ends the sequence there,
-/// with truth for the frames that exist. Returns the files other than the frames. Throws Error(kOutput), Error(kInput)
-/// for options out of range.
+/// made if need be; frames with the numbers that follow, left from a longer sequence, are removed. Calls `progress`
+/// after every frame with the number of frames done; false ends the sequence there, with truth for the frames that
+/// exist. Returns the files other than the frames. Throws Error(kOutput), Error(kInput) for options out of range.
 std::vector<std::filesystem::path> write_sequence(const Scenario& scenario, const SequenceOptions& options,
                                                   const std::filesystem::path& folder,
                                                   const std::function<bool(int)>& progress);

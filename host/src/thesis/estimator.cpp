@@ -75,15 +75,21 @@ class ThesisEstimator final : public Estimator {
     StageClock clock;
     if (trace != nullptr) trace->parts.assign(parts_.size(), {});
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      const Roi search = last_boxes_[i].empty()
-                             ? image.bounds()
-                             : enlarged(last_boxes_[i], options_.search_growth, image.width, image.height);
-      frame.searched = united(frame.searched, search);
-      RegionStatistics region;
       PartTrace* part_trace = trace != nullptr ? &trace->parts[i] : nullptr;
-      frame.parts.push_back(estimate_part(image, search, parts_[i], &clock, &region, part_trace));
+      RegionStatistics region;
+      Roi search = last_boxes_[i].empty() ? image.bounds()
+                                          : enlarged(last_boxes_[i], options_.search_growth, image.width, image.height);
+      PoseEstimate estimate = estimate_part(image, search, parts_[i], &clock, &region, part_trace);
+      // A region that the cylinder has left, or that cuts its sides off, must not cost the frame.
+      if (estimate.status != PoseStatus::kOk && search != image.bounds()) {
+        search = image.bounds();
+        if (part_trace != nullptr) *part_trace = {};
+        estimate = estimate_part(image, search, parts_[i], &clock, &region, part_trace);
+      }
       // "The ROI of the last pose estimation": without a pose there is none, and the whole image is searched.
-      last_boxes_[i] = frame.parts.back().status == PoseStatus::kOk ? region.box : Roi{};
+      last_boxes_[i] = estimate.status == PoseStatus::kOk ? region.box : Roi{};
+      frame.searched = united(frame.searched, search);
+      frame.parts.push_back(std::move(estimate));
     }
     frame.times = clock.times();
     return frame;
