@@ -22,7 +22,7 @@ using ::testing::HasSubstr;
 class Programs : public ::testing::Test {
  protected:
   Programs() {
-    const LocalDevice device = chosen_device("0");
+    const LocalDevice device = std::move(chosen_devices("0").at(0));
     cl_int code = CL_SUCCESS;
     context_ = Context(clCreateContext(nullptr, 1, &device.id, nullptr, nullptr, &code));
     check(code, "clCreateContext", device.info.name);
