@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <cylpose/error.hpp>
 #include <cylpose/evaluate.hpp>
+#include <cylpose/opencl_devices.hpp>
 #include <filesystem>
 #include <memory>
 #include <opencv2/core/utils/logger.hpp>
@@ -22,6 +23,7 @@ struct Arguments {
   std::string camera;
   std::string parts;
   std::string backend;
+  std::string device;
   std::string method = "default";
   std::string output = "-";
   std::string format;
@@ -46,6 +48,27 @@ PoseFormat format_of(const Arguments& arguments) {
                           arguments.output, extension));
 }
 
+// Only here: options that one backend has and the others have not.
+std::unique_ptr<Estimator> estimator_for(const Arguments& arguments, const CameraModel& camera,
+                                         const std::vector<PartModel>& parts) {
+  const bool on_opencl = arguments.backend == "opencl" || (arguments.backend.empty() && !arguments.device.empty());
+  if (!arguments.device.empty() && !on_opencl) {
+    throw Error(ErrorKind::kInput, fmt::format("--device {}: only the backend opencl runs on devices; leave out "
+                                               "--backend {}",
+                                               arguments.device, arguments.backend));
+  }
+  if (!on_opencl || arguments.method != "default") {
+    return make_estimator(arguments.method, camera, parts, on_opencl ? "opencl" : arguments.backend);
+  }
+  OpenclOptions options;
+  options.device = arguments.device;
+  options.profile = arguments.timing;
+  options.on_device_lost = [](const OpenclDevice& device, const std::string& why) {
+    fmt::print(stderr, "cylpose: warning: going on without {}: {}\n", device.name, why);
+  };
+  return make_estimator(camera, parts, make_opencl_backend(options));
+}
+
 std::string summary_text(const RunSummary& summary) {
   const auto rms = statistics_of(summary.rms_px);
   std::string text = fmt::format("{} frames, {} of {} poses found", summary.frames, summary.found, summary.poses);
@@ -67,7 +90,7 @@ void estimate_inputs(const Arguments& arguments) {
   const PoseFormat format = format_of(arguments);
   const CameraModel camera = load_camera(arguments.camera);
   const std::vector<PartModel> parts = load_parts(arguments.parts);
-  const auto estimator = make_estimator(arguments.method, camera, parts, arguments.backend);
+  const auto estimator = estimator_for(arguments, camera, parts);
   const auto frames = open_frames(arguments.inputs, arguments.frames);
 
   std::vector<std::string> names;
@@ -110,6 +133,11 @@ void add_estimate_command(CLI::App& app) {
       ->type_name("FILE");
   command->add_option("--backend", arguments->backend, "Who does the per-pixel work; `cylpose devices` lists them")
       ->type_name("NAME");
+  command
+      ->add_option("--device", arguments->device,
+                   "OpenCL devices to run on: index, type or part of the name, several with commas, cpu/2 for halves "
+                   "(default: $CYLPOSE_DEVICE, or the best)")
+      ->type_name("DEVICE");
   command
       ->add_option("--method", arguments->method,
                    fmt::format("One of: {} (default: {})", fmt::join(method_names(), ", "), arguments->method))

@@ -4,6 +4,7 @@
 #include <cylpose/error.hpp>
 #include <cylpose/estimator.hpp>
 #include <cylpose/thesis.hpp>
+#include <utility>
 
 #include "builtin_estimators.hpp"
 
@@ -25,9 +26,7 @@ void require_calibrated_size(const CameraModel& camera, const ImageView& image) 
 std::unique_ptr<Estimator> make_estimator(std::string_view method, const CameraModel& camera,
                                           const std::vector<PartModel>& parts, std::string_view backend) {
   if (parts.empty()) throw Error(ErrorKind::kInput, "no part to look for");
-  if (method == "default") {
-    return make_default_estimator(camera, parts, make_backend(backend.empty() ? "serial" : backend));
-  }
+  if (method == "default") return make_estimator(camera, parts, make_backend(backend.empty() ? "serial" : backend));
   if (method == "thesis") {
     if (!backend.empty() && backend != "opencv") {
       throw Error(ErrorKind::kInput,
@@ -37,6 +36,12 @@ std::unique_ptr<Estimator> make_estimator(std::string_view method, const CameraM
   }
   throw Error(ErrorKind::kInput,
               fmt::format("unknown method '{}'; known: {}", method, fmt::join(method_names(), ", ")));
+}
+
+std::unique_ptr<Estimator> make_estimator(const CameraModel& camera, const std::vector<PartModel>& parts,
+                                          std::unique_ptr<Backend> backend) {
+  if (parts.empty()) throw Error(ErrorKind::kInput, "no part to look for");
+  return make_default_estimator(camera, parts, std::move(backend));
 }
 
 }  // namespace cylpose

@@ -53,4 +53,8 @@ void require_calibrated_size(const CameraModel& camera, const ImageView& image);
                                                         const std::vector<PartModel>& parts,
                                                         std::string_view backend = {});
 
+/// The default method on a backend with options of its own. Throws like the above.
+[[nodiscard]] std::unique_ptr<Estimator> make_estimator(const CameraModel& camera, const std::vector<PartModel>& parts,
+                                                        std::unique_ptr<Backend> backend);
+
 }  // namespace cylpose
