@@ -94,6 +94,7 @@ void estimate_inputs(const Arguments& arguments) {
   const auto frames = open_frames(arguments.inputs, arguments.frames);
 
   std::vector<std::string> names;
+  names.reserve(parts.size());
   for (const PartModel& part : parts) names.push_back(part.name);
   PoseWriter poses(arguments.output, format, names);
   std::optional<OverlaySink> overlay;

@@ -82,7 +82,7 @@ double expected_median_m(const std::string& name) {
 }
 
 TEST_P(ScenarioTest, DefaultIsRightAndNoWorseThanTheThesis) {
-  const std::vector<Frame> frames = render_frames(scenario, 9);
+  const std::vector<Frame> frames = render_frames(scenario, 5);
   const Outcome ours = outcome_of("default", scenario, frames);
   const Outcome thesis = outcome_of("thesis", scenario, frames);
   EXPECT_EQ(ours.wrong, 0);

@@ -185,8 +185,8 @@ TEST(OpenclBackend, TimesItsKernelsOnRequest) {
 }
 
 TEST(OpenclBackend, ADeviceThatIsLateIsAnError) {
-  // Kept until the end of the process: the device goes on reading it.
-  static const std::vector<std::uint8_t> pixels(std::size_t{3} * 12000 * 12000, 77);
+  // Never freed, not even at exit: the device goes on reading it.
+  static const auto& pixels = *new std::vector<std::uint8_t>(std::size_t{3} * 12000 * 12000, 77);
   const ImageView image{pixels.data(), 12000, 12000, std::ptrdiff_t{3} * 12000, PixelFormat::kBgr8};
   OpenclOptions options;
   options.timeout = std::chrono::milliseconds(1);
