@@ -123,8 +123,8 @@ class Teams : public ::testing::Test {
     return task;
   }
 
-  Team team(std::vector<Worker*> workers, int strip_rows = 0) {
-    return Team(std::move(workers), strip_rows, [this](std::size_t worker, const std::string& why) {
+  Team team(const std::vector<Worker*>& workers, int strip_rows = 0) {
+    return Team(workers, strip_rows, [this](std::size_t worker, const std::string& why) {
       lost_.emplace_back(worker);
       EXPECT_THAT(why, HasSubstr("broken"));
     });

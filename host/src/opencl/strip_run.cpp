@@ -36,7 +36,7 @@ Kernel kernel_of(cl_program program, const char* name, std::string_view device) 
 template <typename... Args>
 void set_arguments(const Kernel& kernel, std::string_view device, const Args&... args) {
   cl_uint index = 0;
-  (check(clSetKernelArg(kernel.get(), index++, sizeof args, &args), "clSetKernelArg", device), ...);
+  (check(clSetKernelArg(kernel.get(), index++, sizeof(Args), &args), "clSetKernelArg", device), ...);
 }
 
 constexpr int squared_sobel(int levels_per_pixel) {

@@ -58,7 +58,8 @@ void JobLease::end() {
   if (job_->busy()) keep_for_ever(std::move(job_));
 }
 
-Team::Team(std::vector<Worker*> workers, int strip_rows, Lost lost) : strip_rows_(strip_rows), lost_(std::move(lost)) {
+Team::Team(const std::vector<Worker*>& workers, int strip_rows, Lost lost)
+    : strip_rows_(strip_rows), lost_(std::move(lost)) {
   constexpr double kPixelsPerMsAndUnit = 1e6;  // until measured; only the ratio between devices matters
   for (Worker* worker : workers) members_.push_back({worker, kPixelsPerMsAndUnit * worker->compute_units()});
 }
@@ -202,6 +203,7 @@ std::vector<DoneStrip> Team::run(const StripTask& frame) {
     for (Attempt& attempt : attempts) finish(attempt, find_and_locate);
   }
   std::vector<DoneStrip> done;
+  done.reserve(attempts.size());
   for (Attempt& attempt : attempts) done.push_back(std::move(attempt.strip));
   return done;
 }

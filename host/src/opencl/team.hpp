@@ -44,7 +44,7 @@ class Team {
   using Lost = std::function<void(std::size_t worker, const std::string& why)>;
 
   /// `strip_rows`: 0, or that many rows a strip whatever the speed. At least one worker.
-  Team(std::vector<Worker*> workers, int strip_rows, Lost lost);
+  Team(const std::vector<Worker*>& workers, int strip_rows, Lost lost);
 
   /// Does a whole frame; the strips come from top to bottom. A worker that fails is given up, and the others do its
   /// strips. Throws Error(kDevice) when nobody is left. Any thread. A team of one never gives up its only worker.
