@@ -113,7 +113,7 @@ void add_estimate_command(CLI::App& app) {
       ->add_option("--method", arguments->method,
                    fmt::format("One of: {} (default: {})", fmt::join(method_names(), ", "), arguments->method))
       ->type_name("NAME");
-  command->add_option("--output", arguments->output, "Where the poses go; - is standard output (default)")
+  command->add_option("-o,--output", arguments->output, "Where the poses go; - is standard output (default)")
       ->type_name("FILE|-");
   command
       ->add_option("--format", arguments->format, "csv, jsonl or tum (default: by the extension of --output, or csv)")

@@ -97,7 +97,7 @@ void add_tune_command(CLI::App& app) {
   command->add_option("--name", arguments->name, "Name of the part")->capture_default_str();
   command->add_option("--radius-m", arguments->radius_m, "Its radius in metres")->check(CLI::Range(1e-4, 1e3));
   command->add_option("--height-m", arguments->height_m, "Its height in metres")->check(CLI::Range(1e-4, 1e3));
-  command->add_option("--output", arguments->output,
+  command->add_option("-o,--output", arguments->output,
                       "Write a picture: the image with the sample, and beside it the image darkened outside the mask");
   command->callback([arguments] { tune(*arguments); });
 }

@@ -54,7 +54,8 @@ static bool band_of_block(ulong* band, const global ulong* mask, const KernelFra
 
   const int8 word = first + (int8)(0, 1, 2, 3, 4, 5, 6, 7);
   const int8 pixels_left = frame->width - word * 64;
-  const ulong8 shift = convert_ulong8(clamp(pixels_left, 0, 63));
+  // Vectors as limits: Oclgrind takes scalar ones for vectors.
+  const ulong8 shift = convert_ulong8(clamp(pixels_left, (int8)0, (int8)63));
   const ulong8 pixels = select(((ulong8)1 << shift) - 1UL, (ulong8)~0UL, convert_long8(pixels_left >= 64));
   core |= ~pixels;
   const ulong8 wide_before = (ulong8)(before.wide, wide.s0123, wide.s45, wide.s6);

@@ -15,14 +15,14 @@
 #endif
 
 // 0xFF where a pixel is in the gate, else 0.
-CYL_INLINE uchar16 in_gate(const KernelGate* gate, Colors colors) {
+CYL_INLINE uchar16 in_gate(const KernelGate* gate, const Colors* colors) {
 #if CYL_CHANNELS == 1
-  return as_uchar16(colors.red >= (uchar16)(uchar)gate->value);
+  return as_uchar16(colors->red >= (uchar16)(uchar)gate->value);
 #else
-  const uchar16 high = max(max(colors.red, colors.green), colors.blue);
-  const uchar16 low = min(min(colors.red, colors.green), colors.blue);
-  const short16 rg = convert_short16(colors.red) - convert_short16(colors.green);
-  const short16 bg = convert_short16(colors.blue) - convert_short16(colors.green);
+  const uchar16 high = max(max(colors->red, colors->green), colors->blue);
+  const uchar16 low = min(min(colors->red, colors->green), colors->blue);
+  const short16 rg = convert_short16(colors->red) - convert_short16(colors->green);
+  const short16 bg = convert_short16(colors->blue) - convert_short16(colors->green);
   const short16 a = (short)gate->a_r * rg + (short)gate->a_b * bg + (short)gate->bias;
   const short16 b = (short)gate->b_r * rg + (short)gate->b_b * bg + (short)gate->bias;
   const short16 hue = ((a | b) >= (short)0) ^ (short)-gate->invert;
@@ -49,8 +49,8 @@ typedef struct {
 } WordColors;
 
 CYL_INLINE ulong gated_word(const KernelGate* gate, const WordColors* colors) {
-  return packed(in_gate(gate, colors->c0), in_gate(gate, colors->c1), in_gate(gate, colors->c2),
-                in_gate(gate, colors->c3));
+  return packed(in_gate(gate, &colors->c0), in_gate(gate, &colors->c1), in_gate(gate, &colors->c2),
+                in_gate(gate, &colors->c3));
 }
 
 CYL_KERNEL void gate(const global uchar* image, const KernelFrame frame, const global KernelGate* gates,

@@ -19,8 +19,11 @@
 
 #define CYL_KERNEL kernel __attribute__((reqd_work_group_size(CYL_GROUP_SIZE, 1, 1)))
 
-// For functions with vectors in the innermost loops: a call would take them through memory.
+// For functions with vectors in the innermost loops: a call would take them through memory. `static` for Oclgrind, which
+// does not know what clang writes where it inlines functions that return structs.
+#ifndef CYL_INLINE
 #define CYL_INLINE static inline __attribute__((always_inline))
+#endif
 
 // Rows of the mask that a strip needs around its own (band), and of the gate's plane (opening). Fixed by the stages.
 #define CYL_MASK_HALO 2

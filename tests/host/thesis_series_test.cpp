@@ -57,8 +57,8 @@ TEST(ThesisSeries, Series3HasTheThesissOrderOfError) {
     sharp_errors.push_back(center_error_m(sharp, scene));
   }
   // The gate's bias in shaded, blurred images; without it the millimetre of figure 5.10, of which r^2 / (2 D) is 0.8.
-  EXPECT_GT(median(camera_errors), 0.006);
-  EXPECT_LT(median(camera_errors), 0.016);
+  EXPECT_GT(median(camera_errors), 0.0015);
+  EXPECT_LT(median(camera_errors), 0.007);
   EXPECT_GT(median(sharp_errors), 0.0006);
   EXPECT_LT(median(sharp_errors), 0.003);
 }

@@ -6,6 +6,9 @@
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
+#include <iostream>
+#include <map>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>
@@ -39,18 +42,21 @@ std::ostream& operator<<(std::ostream& out, const Tuning& tuning) {
 
 class Differential : public ::testing::TestWithParam<Tuning> {
  protected:
+  // One for all tests of a tuning: its buffers have seen other sizes before.
   static OpenclBackend& opencl() {
-    // One for all tests of a tuning: its buffers have seen other sizes before.
-    static std::vector<std::pair<std::string, std::unique_ptr<OpenclBackend>>> backends;
     const Tuning& tuning = GetParam();
-    for (const auto& [name, backend] : backends) {
-      if (name == tuning.name) return *backend;
+    auto& backend = backends()[tuning.name];
+    if (backend == nullptr) {
+      OpenclOptions options;
+      options.group_size = tuning.group_size;
+      options.span_words = tuning.span_words;
+      backend = make_opencl_backend(options);
     }
-    OpenclOptions options;
-    options.group_size = tuning.group_size;
-    options.span_words = tuning.span_words;
-    return *backends.emplace_back(tuning.name, make_opencl_backend(options)).second;
+    return *backend;
   }
+
+  // Before the end of the process: drivers may be gone by the time static objects are destroyed.
+  static void TearDownTestSuite() { backends().clear(); }
 
   static Compared compare(const ImageView& image, const Roi& search, const DetectOptions& options = {},
                           const std::vector<PartModel>& parts = four_parts()) {
@@ -58,6 +64,12 @@ class Differential : public ::testing::TestWithParam<Tuning> {
                  std::to_string(static_cast<int>(image.format)) + " search " + std::to_string(search.x) + "," +
                  std::to_string(search.y) + " " + std::to_string(search.width) + "x" + std::to_string(search.height));
     return expect_equal(opencl(), image, search, parts, options);
+  }
+
+ private:
+  static std::map<std::string, std::unique_ptr<OpenclBackend>>& backends() {
+    static std::map<std::string, std::unique_ptr<OpenclBackend>> all;
+    return all;
   }
 };
 
@@ -87,6 +99,21 @@ TEST_P(Differential, AnySizeAndFormat) {
   }
   EXPECT_GT(sum.edges, 5000U);
   EXPECT_GT(sum.mask_pixels, 50'000);
+}
+
+// Enough to take every path once; what Oclgrind, thousands of times slower than a device, has time for.
+TEST_P(Differential, SmallFrames) {
+  std::cout << "on " << opencl().devices().at(0).name << '\n';
+  std::mt19937 random(15);
+  std::size_t edges = 0;
+  for (const PixelFormat format : kFormats) {
+    for (const auto& [width, height] : {std::pair{1, 1}, std::pair{15, 6}, std::pair{67, 12}, std::pair{130, 7}}) {
+      const TestImage image = random_image(width, height, random, format, 5);
+      edges += compare(image.view(), image.view().bounds()).edges;
+      edges += compare(image.view(), {width / 3, height / 3, width / 2, height}).edges;
+    }
+  }
+  EXPECT_GT(edges, 300U);
 }
 
 TEST_P(Differential, SearchRegionsInALargerImageSeeNothingOutside) {
