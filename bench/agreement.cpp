@@ -91,7 +91,7 @@ std::string difference_of(const PoseEstimate& expected, const PoseEstimate& actu
 }  // namespace
 
 Tolerance tolerance_of(std::string_view backend) {
-  if (backend == "opencv") return {0.01, 0.01, 0.001, 0.005};
+  if (backend == "opencv") return {0.002, 0.005, 0.0002, 0.001};
   return {};
 }
 
