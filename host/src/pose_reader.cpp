@@ -18,6 +18,10 @@ namespace {
 
 using nlohmann::json;
 
+// A row is an object of words, numbers and flat lists; later versions may nest a little. The parser takes any depth,
+// but json::dump, which the messages use, calls itself per level and would run out of stack.
+constexpr int kMaxDepth = 16;
+
 constexpr const char* kStatusRemedy = "expected ok, predicted or none";
 
 std::optional<PoseStatus> status_from(std::string_view text) {
@@ -55,6 +59,14 @@ Eigen::Vector3d vector_in(const json& row, const char* key) {
 }
 
 /// Throws std::invalid_argument or json::exception; the caller knows file and line.
+json parsed(const std::string& line) {
+  return json::parse(line, [](int depth, json::parse_event_t, const json&) {
+    if (depth > kMaxDepth) throw std::invalid_argument(fmt::format("is nested deeper than {} levels", kMaxDepth));
+    return true;
+  });
+}
+
+/// Throws like parsed().
 PoseRow row_from(const json& object) {
   PoseRow row;
   const json& frame = object.at("frame");
@@ -108,7 +120,7 @@ std::vector<PoseRow> poses_from_jsonl(const std::string& name, std::istream& lin
   for (std::size_t number = 1; std::getline(lines, line); ++number) {
     if (trimmed(line).empty()) continue;
     try {
-      rows.push_back(row_from(json::parse(line)));
+      rows.push_back(row_from(parsed(line)));
     } catch (const json::exception& error) {
       throw Error(ErrorKind::kInput, fmt::format("{}:{}: {}; a line cut short by an interrupted run can be removed",
                                                  name, number, error.what()));
