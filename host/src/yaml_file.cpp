@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cylpose/error.hpp>
-#include <limits>
 #include <set>
+#include <utility>
 
 #include "text_file.hpp"
 
@@ -73,7 +73,7 @@ double YamlValue::number() const {
 
 int YamlValue::integer() const {
   const auto number = parse_integer(text());
-  if (!number || std::abs(*number) > std::numeric_limits<int>::max()) {
+  if (!number || !std::in_range<int>(*number)) {
     fail(fmt::format("'{}' is no whole number; correct it", text()));
   }
   return static_cast<int>(*number);
