@@ -33,7 +33,11 @@ class Registry {
  private:
   Registry()
       : infos_{{"serial", "plain C++ on one thread; defines the right answer", make_serial_backend},
-               {"opencv", "OpenCV's functions on all threads; the peer to compare with", make_opencv_backend}} {}
+               {"opencv", "OpenCV's functions on all threads; the peer to compare with", make_opencv_backend}} {
+#ifdef CYLPOSE_WITH_OPENCL
+    infos_.push_back({"opencl", "OpenCL kernels on a CPU, GPU or accelerator", make_default_opencl_backend});
+#endif
+  }
 
   mutable std::mutex mutex_;
   std::vector<BackendInfo> infos_;
