@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <cstdlib>
+#include <cylpose/default_backend.hpp>
 #include <cylpose/error.hpp>
 #include <cylpose/evaluate.hpp>
 #include <filesystem>
@@ -22,6 +23,7 @@ struct Arguments {
   std::string camera;
   std::string parts;
   std::string backend;
+  std::string device;
   std::string method = "default";
   std::string output = "-";
   std::string format;
@@ -46,6 +48,33 @@ PoseFormat format_of(const Arguments& arguments) {
                           arguments.output, extension));
 }
 
+// Here, not in the library: options that one backend has and the others have not, and what is said to the user.
+std::unique_ptr<Backend> backend_for(const Arguments& arguments) {
+  if (!arguments.device.empty() && !arguments.backend.empty() && arguments.backend != "opencl") {
+    throw Error(ErrorKind::kInput, fmt::format("--device {}: only the backend opencl runs on devices; leave out "
+                                               "--backend {}",
+                                               arguments.device, arguments.backend));
+  }
+  OpenclOptions options;
+  options.device = arguments.device;
+  options.profile = arguments.timing;
+  options.on_device_lost = [](const OpenclDevice& device, const std::string& why) {
+    fmt::print(stderr, "cylpose: warning: going on without {}: {}\n", device.name, why);
+  };
+  if (arguments.backend == "opencl" || !arguments.device.empty()) return make_opencl_backend(options);
+  if (!arguments.backend.empty()) return make_backend(arguments.backend);
+  DefaultBackend chosen = make_default_backend(options);
+  if (!chosen.note.empty()) fmt::print(stderr, "cylpose: {}\n", chosen.note);
+  return std::move(chosen.backend);
+}
+
+std::unique_ptr<Estimator> estimator_for(const Arguments& arguments, const CameraModel& camera,
+                                         const std::vector<PartModel>& parts) {
+  if (arguments.method == "default") return make_estimator(camera, parts, backend_for(arguments));
+  const bool on_device = arguments.backend.empty() && !arguments.device.empty();
+  return make_estimator(arguments.method, camera, parts, on_device ? "opencl" : arguments.backend);
+}
+
 std::string summary_text(const RunSummary& summary) {
   const auto rms = statistics_of(summary.rms_px);
   std::string text = fmt::format("{} frames, {} of {} poses found", summary.frames, summary.found, summary.poses);
@@ -67,10 +96,11 @@ void estimate_inputs(const Arguments& arguments) {
   const PoseFormat format = format_of(arguments);
   const CameraModel camera = load_camera(arguments.camera);
   const std::vector<PartModel> parts = load_parts(arguments.parts);
-  const auto estimator = make_estimator(arguments.method, camera, parts, arguments.backend);
+  const auto estimator = estimator_for(arguments, camera, parts);
   const auto frames = open_frames(arguments.inputs, arguments.frames);
 
   std::vector<std::string> names;
+  names.reserve(parts.size());
   for (const PartModel& part : parts) names.push_back(part.name);
   PoseWriter poses(arguments.output, format, names);
   std::optional<OverlaySink> overlay;
@@ -107,8 +137,17 @@ void add_estimate_command(CLI::App& app) {
   command->add_option("--parts", arguments->parts, "The cylinders: YAML with sizes and colours")
       ->required()
       ->type_name("FILE");
-  command->add_option("--backend", arguments->backend, "Who does the per-pixel work; `cylpose devices` lists them")
+  command
+      ->add_option(
+          "--backend", arguments->backend,
+          "Who does the per-pixel work; `cylpose devices` lists them (default: opencl where a device is found, else "
+          "serial)")
       ->type_name("NAME");
+  command
+      ->add_option("--device", arguments->device,
+                   "OpenCL devices to run on: index, type or part of the name, several with commas, cpu/2 for halves "
+                   "(default: $CYLPOSE_DEVICE, or the best)")
+      ->type_name("DEVICE");
   command
       ->add_option("--method", arguments->method,
                    fmt::format("One of: {} (default: {})", fmt::join(method_names(), ", "), arguments->method))

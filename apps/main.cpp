@@ -1,6 +1,5 @@
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <cylpose/error.hpp>
 #include <cylpose/version.hpp>
 #include <exception>
@@ -23,9 +22,7 @@ int exit_code_of(const Error& error) {
   return apps::kInternalError;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App app{"cylpose: where a coloured cylinder of known size is, from the images of one calibrated camera."};
   app.name("cylpose");
   app.require_subcommand(1);
@@ -44,11 +41,20 @@ int main(int argc, char** argv) {
     return leave.get_exit_code();
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? apps::kSuccess : apps::kInputError;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // std::fprintf and not fmt::print: what reports a failure must not throw itself.
+  try {
+    return run(argc, argv);
   } catch (const Error& error) {
-    fmt::print(stderr, "cylpose: {}\n", error.what());
+    std::fprintf(stderr, "cylpose: %s\n", error.what());
     return exit_code_of(error);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "cylpose: internal error: {}\n", error.what());
+    std::fprintf(stderr, "cylpose: internal error: %s\n", error.what());
     return apps::kInternalError;
   }
 }

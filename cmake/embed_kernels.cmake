@@ -20,9 +20,13 @@ file(WRITE "${OUTPUT}.new" "// Generated from kernels/ by cmake/embed_kernels.cm
 
 namespace cylpose::opencl {
 
-const char* const kKernelSource =
-    \"${source}\";
-const char* const kKernelHash = \"${hash}\";
+const char* kernel_source() {
+  return \"${source}\";
+}
+
+const char* kernel_hash() {
+  return \"${hash}\";
+}
 
 }  // namespace cylpose::opencl
 ")

@@ -76,6 +76,7 @@ const ModelInfo& named_model(const YamlValue& name) {
       std::find_if(kModels.begin(), kModels.end(), [&](const ModelInfo& info) { return info.name == text; });
   if (known == kModels.end()) {
     std::vector<std::string_view> names;
+    names.reserve(kModels.size());
     for (const ModelInfo& info : kModels) names.emplace_back(info.name);
     name.fail(fmt::format("unknown lens model '{}'; known: {}", text, fmt::join(names, ", ")));
   }

@@ -103,7 +103,9 @@ void Canvas::text(const std::string& words, const cv::Scalar& color) {
   std::istringstream stream(words);
   std::string line;
   for (std::string word; stream >> word;) {
-    const std::string longer = line.empty() ? word : line + " " + word;
+    std::string longer = line;
+    if (!line.empty()) longer += ' ';
+    longer += word;
     if (!line.empty() && text_width(longer) > picture_.cols - 8 * unit_) {
       text_line(line, color);
       line = "  " + word;

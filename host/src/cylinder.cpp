@@ -87,7 +87,7 @@ std::vector<Eigen::Vector2d> silhouette(const CylinderPose& pose, double radius_
                                         int samples_per_base) {
   std::vector<Eigen::Vector2d> outline;
   if (nearest_depth(pose, radius_m, height_m) <= 0) return outline;
-  outline.reserve(static_cast<std::size_t>(2 * samples_per_base));
+  outline.reserve(2 * static_cast<std::size_t>(samples_per_base));
   if (const auto arcs = outline_arcs(pose, radius_m, height_m)) {
     for (const int base : {0, 1}) {
       const auto b = static_cast<std::size_t>(base);

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cylpose/default_backend.hpp>
 #include <cylpose/error.hpp>
 #include <cylpose/estimator.hpp>
 #include <cylpose/thesis.hpp>
+#include <utility>
 
 #include "builtin_estimators.hpp"
 
@@ -26,7 +28,7 @@ std::unique_ptr<Estimator> make_estimator(std::string_view method, const CameraM
                                           const std::vector<PartModel>& parts, std::string_view backend) {
   if (parts.empty()) throw Error(ErrorKind::kInput, "no part to look for");
   if (method == "default") {
-    return make_default_estimator(camera, parts, make_backend(backend.empty() ? "serial" : backend));
+    return make_estimator(camera, parts, backend.empty() ? make_default_backend().backend : make_backend(backend));
   }
   if (method == "thesis") {
     if (!backend.empty() && backend != "opencv") {
@@ -37,6 +39,12 @@ std::unique_ptr<Estimator> make_estimator(std::string_view method, const CameraM
   }
   throw Error(ErrorKind::kInput,
               fmt::format("unknown method '{}'; known: {}", method, fmt::join(method_names(), ", ")));
+}
+
+std::unique_ptr<Estimator> make_estimator(const CameraModel& camera, const std::vector<PartModel>& parts,
+                                          std::unique_ptr<Backend> backend) {
+  if (parts.empty()) throw Error(ErrorKind::kInput, "no part to look for");
+  return make_default_estimator(camera, parts, std::move(backend));
 }
 
 }  // namespace cylpose

@@ -109,8 +109,8 @@ class VideoSource final : public FrameSource {
 
 class CameraSource final : public FrameSource {
  public:
-  CameraSource(std::string name, cv::VideoCapture capture, double default_fps)
-      : name_(std::move(name)), capture_(std::move(capture)) {
+  CameraSource(std::string name, const cv::VideoCapture& capture, double default_fps)
+      : name_(std::move(name)), capture_(capture) {
     if (!capture_.isOpened()) {
       throw Error(ErrorKind::kDevice, fmt::format("{}: the camera cannot be opened; is it connected, free and readable "
                                                   "for you?",

@@ -128,6 +128,7 @@ std::vector<fs::path> files_of_printf_pattern(const std::string& pattern) {
   if (files.empty()) fail_empty(pattern, "no file matches this pattern; check folder and number of digits");
   std::sort(files.begin(), files.end());
   std::vector<fs::path> sorted;
+  sorted.reserve(files.size());
   for (auto& [number, file] : files) sorted.push_back(std::move(file));
   return sorted;
 }

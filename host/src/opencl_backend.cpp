@@ -1,6 +1,4 @@
 // The kernels of kernels/ behind the Backend interface.
-#include <algorithm>
-#include <array>
 #include <cylpose/error.hpp>
 #include <cylpose/gate.hpp>
 #include <cylpose/opencl_devices.hpp>
@@ -10,7 +8,7 @@
 #include "opencl/device.hpp"
 #include "opencl/device_list.hpp"
 #include "opencl/results.hpp"
-#include "opencl/strip_run.hpp"
+#include "opencl/team.hpp"
 #include "option_check.hpp"
 #include "stage_clock.hpp"
 
@@ -18,7 +16,6 @@ namespace cylpose {
 namespace {
 
 using opencl::KernelGate;
-using opencl::StripRun;
 using opencl::StripTask;
 
 // The hue test without branches: lo.p >= 0 and hi.p <= 0 as two sums that must not be negative; for a wide range its
@@ -41,31 +38,23 @@ KernelGate kernel_gate(const ColorGate& gate) {
   return result;
 }
 
-// A run for one call. What went well goes back to the device; what the device may still be using is kept for ever.
-class RunLease {
- public:
-  explicit RunLease(opencl::Device& device) : device_(device), run_(device.take_run()) {}
-  RunLease(const RunLease&) = delete;
-  RunLease& operator=(const RunLease&) = delete;
-  ~RunLease() {
-    if (run_ != nullptr && run_->abandoned()) opencl::keep_for_ever(std::move(run_));
-  }
-
-  [[nodiscard]] StripRun& run() { return *run_; }
-  void succeed() { device_.give_back(std::move(run_)); }
-
- private:
-  opencl::Device& device_;
-  std::unique_ptr<StripRun> run_;
-};
-
 class DeviceBackend final : public OpenclBackend {
  public:
   explicit DeviceBackend(const OpenclOptions& options)
-      : device_(std::make_shared<opencl::Device>(opencl::chosen_device(options.device), options)) {}
+      : profile_(options.profile),
+        devices_(made_devices(options)),
+        team_(workers(), options.strip_rows,
+              [this, lost = options.on_device_lost](std::size_t i, const std::string& why) {
+                if (lost) lost(devices_[i]->info(), why);
+              }) {}
 
   [[nodiscard]] std::string_view name() const override { return "opencl"; }
-  [[nodiscard]] std::vector<OpenclDevice> devices() const override { return {device_->info()}; }
+
+  [[nodiscard]] std::vector<OpenclDevice> devices() const override {
+    std::vector<OpenclDevice> infos;
+    for (const auto& device : devices_) infos.push_back(device->info());
+    return infos;
+  }
 
   [[nodiscard]] EdgeField detect(const ImageView& image, const Roi& search, std::span<const PartModel> parts,
                                  const DetectOptions& options) override {
@@ -89,30 +78,42 @@ class DeviceBackend final : public OpenclBackend {
     for (const PartModel& part : parts) gates.push_back(kernel_gate(make_gate(part)));
 
     StageClock clock;
-    RunLease lease(*device_);
-    StripRun& run = lease.run();
-    const StripTask task{image, field.searched, 0, field.searched.height, gates, options};
-    do {
-      run.start(task);
-      clock.lap("enqueue");
-    } while (!run.wait());
-    clock.lap("wait");
-    opencl::collect(run, task, field);
+    const StripTask frame{image, field.searched, 0, field.searched.height, gates, options};
+    std::vector<opencl::DoneStrip> strips = team_.run(frame);
+    clock.lap("devices");
+    opencl::collect(strips, field);
+    for (opencl::DoneStrip& strip : strips) strip.lease.succeed();
     clock.lap("collect");
-    field.times = device_->profiles() ? run.times() : clock.times();
-    lease.succeed();
+    if (!profile_) field.times = clock.times();
     return field;
   }
 
  private:
-  std::shared_ptr<opencl::Device> device_;
+  static std::vector<std::unique_ptr<opencl::Device>> made_devices(const OpenclOptions& options) {
+    std::vector<std::unique_ptr<opencl::Device>> devices;
+    for (opencl::LocalDevice& device : opencl::chosen_devices(options.device)) {
+      devices.push_back(std::make_unique<opencl::Device>(std::move(device), options));
+    }
+    return devices;
+  }
+
+  [[nodiscard]] std::vector<opencl::Worker*> workers() const {
+    std::vector<opencl::Worker*> all;
+    for (const auto& device : devices_) all.push_back(device.get());
+    return all;
+  }
+
+  bool profile_;
+  std::vector<std::unique_ptr<opencl::Device>> devices_;
+  opencl::Team team_;
 };
 
 }  // namespace
 
 bool OpenclOptions::is_valid(std::string* why) const {
   return require_positive(static_cast<double>(timeout.count()), "timeout in ms", why) &&
-         require_at_least(group_size, 0, "group_size", why) && require_at_least(span_words, 0, "span_words", why);
+         require_at_least(group_size, 0, "group_size", why) && require_at_least(span_words, 0, "span_words", why) &&
+         require_at_least(strip_rows, 0, "strip_rows", why);
 }
 
 std::vector<OpenclDevice> opencl_devices() {

@@ -60,8 +60,8 @@ Outline::Outline(const CameraModel& camera, const PartModel& part, const Cylinde
 }
 
 Eigen::Vector3d Outline::point_at(OutlinePiece piece, double place) const {
-  if (piece == kSide0 || piece == kSide1) return touch_[static_cast<std::size_t>(piece)] + place * pose_.axis_in_cam;
-  return arcs_.point(piece - kBase0, place, radius_m_);
+  if (piece == kSide0 || piece == kSide1) return touch_[piece] + place * pose_.axis_in_cam;
+  return arcs_.point(piece == kBase0 ? 0 : 1, place, radius_m_);
 }
 
 Eigen::Vector2d Outline::arc_tangent(int base, double angle) const {
@@ -82,7 +82,7 @@ void Outline::add_stations(OutlinePiece piece, double from, double to) {
     const double place = from + (to - from) * (i + 0.5) / count;
     stations_.push_back({piece, ideal_pixel(camera_, point_at(piece, place)), place});
   }
-  first_station_[static_cast<std::size_t>(piece) + 1] = static_cast<int>(stations_.size());
+  first_station_[piece + 1] = static_cast<int>(stations_.size());
 }
 
 std::optional<OutlineMatch> Outline::match(const EdgePoint& edge, double max_distance_px) const {
@@ -118,7 +118,7 @@ std::optional<OutlineMatch> Outline::match_side(int side, const EdgePoint& edge,
 std::optional<OutlineMatch> Outline::match_base(int base, const EdgePoint& edge, double max_distance_px) const {
   const auto b = static_cast<std::size_t>(base);
   if (signed_distance(chords_[b], edge.position_px) > max_distance_px + 1) return std::nullopt;
-  const auto piece = static_cast<OutlinePiece>(kBase0 + base);
+  const auto piece = static_cast<OutlinePiece>(kBase0 + b);
   int nearest = -1;
   double nearest_squared = std::numeric_limits<double>::infinity();
   for (int i = first_station_[b + 2]; i < first_station_[b + 3]; ++i) {

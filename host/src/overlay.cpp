@@ -6,6 +6,7 @@
 #include <cylpose/cylinder.hpp>
 #include <cylpose/error.hpp>
 #include <cylpose/overlay.hpp>
+#include <limits>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -64,8 +65,8 @@ class PoseDrawing {
   /// The measured line along the cylinder and a bit further.
   void draw_side(const ImageLine& side, const std::vector<Eigen::Vector2d>& outline) {
     const Eigen::Vector2d along(-side.normal.y(), side.normal.x());
-    double first = INFINITY;
-    double last = -INFINITY;
+    double first = std::numeric_limits<double>::infinity();
+    double last = -first;
     for (const Eigen::Vector2d& ray : outline) {
       const double place = along.dot(ideal_pixel(camera_, {ray.x(), ray.y(), 1}));
       first = std::min(first, place);

@@ -9,7 +9,6 @@
 #include <cylpose/pose_solver.hpp>
 #include <numeric>
 #include <optional>
-#include <utility>
 
 #include "option_check.hpp"
 #include "stage_clock.hpp"
@@ -183,10 +182,11 @@ class PartSolver {
     if (refined.rms_px > check.max_rms_px) {
       return none(fmt::format("edges {:.2f} px off the outline", refined.rms_px));
     }
-    for (const auto& [seen_base, other] : {std::pair{kBase0, kBase1}, std::pair{kBase1, kBase0}}) {
-      if (refined.piece_seen[other] < check.min_side_seen &&
-          refined.piece_rms_px[seen_base] > check.max_lone_base_rms_px) {
-        return none(fmt::format("the only base seen fits badly ({:.2f} px)", refined.piece_rms_px[seen_base]));
+    for (const std::size_t lone_base : {std::size_t{kBase0}, std::size_t{kBase1}}) {
+      const std::size_t other_base = kBase0 + kBase1 - lone_base;
+      const double rms_px = refined.piece_rms_px[lone_base];
+      if (refined.piece_seen[other_base] < check.min_side_seen && rms_px > check.max_lone_base_rms_px) {
+        return none(fmt::format("the only base seen fits badly ({:.2f} px)", rms_px));
       }
     }
     if (solution.explained < check.min_explained) {

@@ -148,7 +148,7 @@ class Refinement {
     const Matrix5d normal = problem.jacobian.transpose() * problem.jacobian;
     const Matrix5d inverse = normal.ldlt().solve(Matrix5d::Identity());
     Matrix5d covariance = sigma_px_ * sigma_px_ * inverse;
-    for (int piece = 0; piece < kOutlinePieces; ++piece) {
+    for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
       Vector5d pull = Vector5d::Zero();
       for (std::size_t i = 0; i < matched_.size(); ++i) {
         if (matched_[i].match.piece == piece) {
@@ -172,7 +172,7 @@ class Refinement {
     std::array<double, kOutlinePieces> squares{};
     std::array<int, kOutlinePieces> counts{};
     for (const MatchedPoint& point : matched_) {
-      const auto piece = static_cast<std::size_t>(point.match.piece);
+      const OutlinePiece piece = point.match.piece;
       squares[piece] += point.match.distance_px * point.match.distance_px;
       ++counts[piece];
     }
@@ -196,7 +196,7 @@ class Refinement {
           position.y() > camera_.height - 2) {
         continue;
       }
-      const auto piece = static_cast<std::size_t>(stations[i].piece);
+      const OutlinePiece piece = stations[i].piece;
       ++refined.piece_stations[piece];
       if (hit[i]) ++hits[piece];
     }

@@ -33,8 +33,8 @@ class YamlValue {
   [[noreturn]] void fail(std::string_view message) const;
 
  private:
-  YamlValue(YAML::Node node, std::string file, std::string key)
-      : node_(std::move(node)), file_(std::move(file)), key_(std::move(key)) {}
+  YamlValue(const YAML::Node& node, std::string file, std::string key)
+      : node_(node), file_(std::move(file)), key_(std::move(key)) {}
   void require_map() const;
 
   YAML::Node node_;

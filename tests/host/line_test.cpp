@@ -37,7 +37,8 @@ TEST(FitLine, AllDirectionsAlike) {
     const double angle = degrees * std::numbers::pi / 180;
     Points p;
     const Eigen::Vector2d middle(300, 200);
-    const FittedLine line = fit_line(p.points, p.add(angle, middle, 200, 0.3, random));
+    const Chain chain = p.add(angle, middle, 200, 0.3, random);
+    const FittedLine line = fit_line(p.points, chain);
     const Eigen::Vector2d inward(-std::sin(angle), std::cos(angle));
     EXPECT_LT(angle_between(line.line.normal, inward), 0.002) << degrees;  // inward, not outward
     EXPECT_LT(std::abs(signed_distance(line.line, middle)), 0.1) << degrees;
@@ -49,7 +50,8 @@ TEST(FitLine, AllDirectionsAlike) {
 TEST(FitLine, EndsFollowTheDirection) {
   std::mt19937 random(2);
   Points p;
-  const FittedLine line = fit_line(p.points, p.add(0.7, {0, 0}, 50, 0, random));
+  const Chain chain = p.add(0.7, {0, 0}, 50, 0, random);
+  const FittedLine line = fit_line(p.points, chain);
   const Eigen::Vector2d direction(line.line.normal.y(), -line.line.normal.x());
   EXPECT_GT(direction.dot(line.to - line.from), 0);
 }

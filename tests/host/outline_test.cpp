@@ -117,7 +117,7 @@ TEST_F(OutlineTest, StationsCoverEveryPieceInsideTheOutlinesBox) {
   const auto outline = Outline::of(camera, part, pose);
   ASSERT_TRUE(outline);
   std::array<int, kOutlinePieces> per_piece{};
-  for (const auto& station : outline->stations()) ++per_piece[static_cast<std::size_t>(station.piece)];
+  for (const auto& station : outline->stations()) ++per_piece[station.piece];
   for (const int count : per_piece) EXPECT_GE(count, 6);
 }
 

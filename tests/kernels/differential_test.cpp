@@ -29,11 +29,14 @@ using testing::TestImage;
 
 constexpr std::array kFormats{PixelFormat::kBgr8, PixelFormat::kRgb8, PixelFormat::kGray8};
 
-// How the kernels are run: as on CPUs, and as on GPUs, with many work-items in a group, each with little to do.
+// How the kernels are run: as on CPUs; as on GPUs, with many work-items in a group, each with little to do; and in
+// strips on two devices (one device twice does as well), with seams where they never are in practice.
 struct Tuning {
   const char* name;
-  int group_size;
-  int span_words;
+  int group_size = 0;
+  int span_words = 0;
+  const char* device = "";
+  int strip_rows = 0;
 };
 
 std::ostream& operator<<(std::ostream& out, const Tuning& tuning) {
@@ -50,6 +53,8 @@ class Differential : public ::testing::TestWithParam<Tuning> {
       OpenclOptions options;
       options.group_size = tuning.group_size;
       options.span_words = tuning.span_words;
+      options.device = tuning.device;
+      options.strip_rows = tuning.strip_rows;
       backend = make_opencl_backend(options);
     }
     return *backend;
@@ -74,8 +79,10 @@ class Differential : public ::testing::TestWithParam<Tuning> {
 };
 
 INSTANTIATE_TEST_SUITE_P(Kernels, Differential,
-                         ::testing::Values(Tuning{"default", 0, 0}, Tuning{"groups_of_4", 4, 1},
-                                           Tuning{"groups_of_64", 64, 3}),
+                         ::testing::Values(Tuning{"default"}, Tuning{"groups_of_4", 4, 1},
+                                           Tuning{"groups_of_64", 64, 3},
+                                           Tuning{"strips_of_two_devices", 0, 0, "0,0", 5},
+                                           Tuning{"strips_of_one_row", 0, 0, "0,0", 1}),
                          [](const auto& tuning) { return tuning.param.name; });
 
 TEST_P(Differential, AnySizeAndFormat) {

@@ -22,7 +22,7 @@ using ::testing::HasSubstr;
 class Programs : public ::testing::Test {
  protected:
   Programs() {
-    const LocalDevice device = chosen_device("0");
+    const LocalDevice device = std::move(chosen_devices("0").at(0));
     cl_int code = CL_SUCCESS;
     context_ = Context(clCreateContext(nullptr, 1, &device.id, nullptr, nullptr, &code));
     check(code, "clCreateContext", device.info.name);
@@ -44,7 +44,7 @@ std::string build_error(const ProgramTarget& target, const std::string& source, 
 }
 
 TEST_F(Programs, ABuildThatFailsNamesCallDeviceOptionsFileAndLine) {
-  std::string source = kKernelSource;
+  std::string source = kernel_source();
   const std::string target_line = "CYL_KERNEL void opening(";
   const std::size_t at = source.find(target_line);
   ASSERT_NE(at, std::string::npos);
@@ -59,9 +59,9 @@ TEST_F(Programs, TheKernelsBuildWithoutAWarningInEveryFormat) {
   for (const PixelFormat format : {PixelFormat::kBgr8, PixelFormat::kRgb8, PixelFormat::kGray8}) {
     KernelParameters parameters;
     parameters.format = format;
-    EXPECT_EQ(build_error(target_, kKernelSource, build_options(parameters) + " -Werror"), "no error");
+    EXPECT_EQ(build_error(target_, kernel_source(), build_options(parameters) + " -Werror"), "no error");
   }
-  EXPECT_EQ(build_error(target_, kKernelSource, "-cl-std=CL1.2"), "no error") << "the defaults of all parameters";
+  EXPECT_EQ(build_error(target_, kernel_source(), "-cl-std=CL1.2"), "no error") << "the defaults of all parameters";
 }
 
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
@@ -75,7 +75,7 @@ TEST_F(Programs, AreKeptOnDiskAndFoundByTheirKey) {
   const ProgramCache cache(folder.path() / "new");
   static_cast<void>(built_kernels(target_, {}, &cache));
   ASSERT_EQ(files_in(folder.path() / "new").size(), 1U);
-  const std::string key = target_.identity + "\n" + kKernelHash + "\n" + build_options({});
+  const std::string key = target_.identity + "\n" + kernel_hash() + "\n" + build_options({});
   EXPECT_TRUE(cache.find(key).has_value());
   EXPECT_FALSE(cache.find(key + " ").has_value());
 
@@ -94,7 +94,7 @@ TEST_F(Programs, ADamagedFileOrABinaryTheDriverRefusesIsBuiltAnew) {
   const ProgramCache cache(folder.path());
   static_cast<void>(built_kernels(target_, {}, &cache));
   const std::filesystem::path file = files_in(folder.path()).at(0);
-  const std::string key = target_.identity + "\n" + kKernelHash + "\n" + build_options({});
+  const std::string key = target_.identity + "\n" + kernel_hash() + "\n" + build_options({});
   const auto whole = std::filesystem::file_size(file);
   for (const auto size : {std::uintmax_t{0}, std::uintmax_t{5}, whole / 2, whole - 1}) {
     std::filesystem::resize_file(file, size);

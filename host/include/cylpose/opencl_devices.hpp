@@ -31,9 +31,10 @@ struct OpenclDevice {
 [[nodiscard]] std::vector<OpenclDevice> opencl_devices();
 
 struct OpenclOptions {
-  /// What to run on. Empty: what the environment variable CYLPOSE_DEVICE says; without that the first usable device,
-  /// GPUs before accelerators before CPUs. Otherwise the first usable device that fits: its index ("1"), its type
-  /// ("gpu"), or part of its name or platform in any case ("radeon").
+  /// What to run on: one or more devices, separated by commas. Each is the first usable device that fits an index
+  /// ("1"), a type ("gpu") or part of a name or platform in any case ("radeon"); "/N" divides it into N parts
+  /// ("cpu/2"). Empty: what the environment variable CYLPOSE_DEVICE says; without that the first usable device, GPUs
+  /// before accelerators before CPUs. Several devices share large frames by their measured speed.
   std::string device;
   /// The longest wait for the device in one frame. What takes longer counts as failed, and the memory that the device
   /// was using is given up, for the image see make_opencl_backend. Above zero. No cost.
@@ -44,6 +45,11 @@ struct OpenclOptions {
   bool cache_programs = true;
   /// Where to keep them. Empty: cylpose/ in $XDG_CACHE_HOME, else in ~/.cache.
   std::filesystem::path cache_dir;
+  /// Called once for a device that fails or is late: the others do its work from then on. From any thread that detects.
+  /// Where no other is left, detect throws instead.
+  std::function<void(const OpenclDevice& device, const std::string& why)> on_device_lost;
+  /// Rows that a device does at once when there are several; 0: as many as its speed deserves.
+  int strip_rows = 0;
   /// Tuning of the kernels (kernels/layout.cl, kernels/gate.cl); 0: by the device's type.
   int group_size = 0;
   int span_words = 0;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cylpose/camera.hpp>
 #include <cylpose/contour.hpp>
 #include <cylpose/cylinder.hpp>
@@ -13,9 +14,9 @@
 
 namespace cylpose {
 
-/// The four pieces of an outline: two sides, and the arcs of the two bases.
+/// The four pieces of an outline: two sides, and the arcs of the two bases. They index arrays of kOutlinePieces.
 inline constexpr int kOutlinePieces = 4;
-enum OutlinePiece : int { kSide0 = 0, kSide1 = 1, kBase0 = 2, kBase1 = 3 };
+enum OutlinePiece : std::size_t { kSide0 = 0, kSide1 = 1, kBase0 = 2, kBase1 = 3 };
 
 /// The place on the outline that belongs to an edge point.
 struct OutlineMatch {

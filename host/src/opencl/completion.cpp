@@ -4,6 +4,7 @@ namespace cylpose::opencl {
 
 void Completion::watch(cl_event event, std::string_view device) {
   status_.reset();
+  start_ = std::chrono::steady_clock::now();
   check(clSetEventCallback(event, CL_COMPLETE, on_end, this), "clSetEventCallback", device);
 }
 
@@ -18,6 +19,7 @@ void CL_CALLBACK Completion::on_end(cl_event /*event*/, cl_int status, void* sel
   // Notified under the lock: once it is free, the waiting thread may destroy the completion.
   const std::scoped_lock lock(completion.mutex_);
   completion.status_ = status;
+  completion.end_ = std::chrono::steady_clock::now();
   completion.ended_.notify_one();
 }
 

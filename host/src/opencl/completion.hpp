@@ -20,12 +20,17 @@ class Completion {
   /// Status of the event (CL_COMPLETE, or an error), nothing if it did not end in time.
   [[nodiscard]] std::optional<cl_int> wait(std::chrono::milliseconds timeout);
 
+  /// From watch() to the end of the event that was waited for.
+  [[nodiscard]] double milliseconds() const { return std::chrono::duration<double, std::milli>(end_ - start_).count(); }
+
  private:
   static void CL_CALLBACK on_end(cl_event event, cl_int status, void* self);
 
   std::mutex mutex_;
   std::condition_variable ended_;
   std::optional<cl_int> status_;
+  std::chrono::steady_clock::time_point start_;
+  std::chrono::steady_clock::time_point end_;
 };
 
 }  // namespace cylpose::opencl

@@ -98,8 +98,9 @@ std::size_t LaunchShape::items(std::size_t units, std::size_t shares) const {
   return (wanted + group_size_ - 1) / group_size_ * group_size_;
 }
 
-Device::Device(const LocalDevice& device, const OpenclOptions& options)
-    : info_(device.info),
+Device::Device(LocalDevice device, const OpenclOptions& options)
+    : part_(std::move(device.part)),
+      info_(device.info),
       shape_(device.info, options),
       profile_(options.profile),
       timeout_(options.timeout),
@@ -120,29 +121,21 @@ cl_program Device::program(PixelFormat format) {
   return programs_.emplace(format, std::move(program)).first->second.get();
 }
 
-std::unique_ptr<StripRun> Device::take_run() {
+std::unique_ptr<StripJob> Device::take_job() {
   {
-    const std::scoped_lock lock(run_mutex_);
-    if (!idle_runs_.empty()) {
-      std::unique_ptr<StripRun> run = std::move(idle_runs_.back());
-      idle_runs_.pop_back();
-      return run;
+    const std::scoped_lock lock(job_mutex_);
+    if (!idle_jobs_.empty()) {
+      std::unique_ptr<StripJob> job = std::move(idle_jobs_.back());
+      idle_jobs_.pop_back();
+      return job;
     }
   }
   return std::make_unique<StripRun>(*this);
 }
 
-void Device::give_back(std::unique_ptr<StripRun> run) {
-  const std::scoped_lock lock(run_mutex_);
-  idle_runs_.push_back(std::move(run));
-}
-
-void keep_for_ever(std::unique_ptr<StripRun> run) {
-  // Never destroyed, not even at the end of the process: a late callback would find nothing.
-  static std::mutex mutex;
-  static auto* const kept = new std::vector<std::unique_ptr<StripRun>>;
-  const std::scoped_lock lock(mutex);
-  kept->push_back(std::move(run));
+void Device::give_back(std::unique_ptr<StripJob> job) {
+  const std::scoped_lock lock(job_mutex_);
+  idle_jobs_.push_back(std::move(job));
 }
 
 }  // namespace cylpose::opencl

@@ -13,10 +13,9 @@
 #include "opencl/api.hpp"
 #include "opencl/device_list.hpp"
 #include "opencl/program.hpp"
+#include "opencl/strip_job.hpp"
 
 namespace cylpose::opencl {
-
-class StripRun;
 
 /// How many work-items the kernels get.
 class LaunchShape {
@@ -36,12 +35,10 @@ class LaunchShape {
   int span_words_;
 };
 
-class Device {
+class Device final : public Worker {
  public:
-  Device(const LocalDevice& device, const OpenclOptions& options);
-  ~Device();
-  Device(const Device&) = delete;
-  Device& operator=(const Device&) = delete;
+  Device(LocalDevice device, const OpenclOptions& options);
+  ~Device() override;
 
   [[nodiscard]] const OpenclDevice& info() const { return info_; }
   [[nodiscard]] const std::string& name() const { return target_.device_name; }
@@ -60,11 +57,12 @@ class Device {
   /// Built at the first use. Any thread.
   [[nodiscard]] cl_program program(PixelFormat format);
 
-  /// A run that nobody else uses. Any thread.
-  [[nodiscard]] std::unique_ptr<StripRun> take_run();
-  void give_back(std::unique_ptr<StripRun> run);
+  [[nodiscard]] int compute_units() const override { return info_.compute_units; }
+  [[nodiscard]] std::unique_ptr<StripJob> take_job() override;
+  void give_back(std::unique_ptr<StripJob> job) override;
 
  private:
+  SubDevice part_;
   OpenclDevice info_;
   LaunchShape shape_;
   bool profile_;
@@ -77,11 +75,8 @@ class Device {
 
   std::mutex program_mutex_;
   std::map<PixelFormat, Program> programs_;
-  std::mutex run_mutex_;
-  std::vector<std::unique_ptr<StripRun>> idle_runs_;
+  std::mutex job_mutex_;
+  std::vector<std::unique_ptr<StripJob>> idle_jobs_;
 };
-
-/// For runs that a device may still be using.
-void keep_for_ever(std::unique_ptr<StripRun> run);
 
 }  // namespace cylpose::opencl

@@ -8,7 +8,8 @@
 #include <charconv>
 #include <cstdlib>
 #include <cylpose/error.hpp>
-#include <optional>
+#include <iterator>
+#include <sstream>
 #include <utility>
 
 namespace cylpose::opencl {
@@ -109,13 +110,74 @@ int rank(const OpenclDevice& device) {
 }
 
 std::string listed(const std::vector<LocalDevice>& devices) {
-  if (devices.empty()) return "there is none; install an OpenCL driver, for a CPU for instance pocl-opencl-icd";
-  std::string text = "there are:";
-  for (const LocalDevice& device : devices) {
-    text += "\n  " + display_name(device.info) + ", " + device.info.type;
-    if (!device.info.unusable.empty()) text += ", unusable: " + device.info.unusable;
-  }
+  std::string text;
+  for (const LocalDevice& device : devices) text += "\n  " + display_name(device.info) + ", " + device.info.type;
   return text;
+}
+
+// Those that can be used; throws where there is none.
+std::vector<LocalDevice> usable(std::vector<LocalDevice> devices) {
+  std::string reasons;
+  for (const LocalDevice& device : devices) {
+    if (!device.info.unusable.empty()) reasons += "; " + display_name(device.info) + " " + device.info.unusable;
+  }
+  std::erase_if(devices, [](const LocalDevice& device) { return !device.info.unusable.empty(); });
+  if (devices.empty()) {
+    throw Error(ErrorKind::kDevice,
+                "there is no usable OpenCL device; install a driver, for a CPU for instance pocl-opencl-icd" + reasons);
+  }
+  return devices;
+}
+
+struct Selector {
+  std::string device;
+  int parts;
+};
+
+// "gpu", or "cpu/2" for a device in two parts.
+Selector parsed(const std::string& text, const std::string& source) {
+  const std::size_t slash = text.rfind('/');
+  int parts = 1;
+  if (slash != std::string::npos) {
+    const char* end = text.data() + text.size();
+    const auto number = std::from_chars(text.data() + slash + 1, end, parts);
+    if (number.ec != std::errc{} || number.ptr != end || parts < 1) {
+      throw Error(ErrorKind::kInput,
+                  fmt::format("OpenCL device '{}' ({}): what follows the '/' must be a number of parts", text, source));
+    }
+  }
+  const std::string device = text.substr(0, slash);
+  if (device.empty()) {
+    throw Error(ErrorKind::kInput, fmt::format("OpenCL device '{}' ({}) has no index, type or name", text, source));
+  }
+  return {device, parts};
+}
+
+LocalDevice copy_of(const LocalDevice& whole) {
+  return {whole.platform, whole.id, whole.info, whole.platform_version, SubDevice()};
+}
+
+std::vector<LocalDevice> divided(const LocalDevice& whole, int parts) {
+  const std::string name = display_name(whole.info);
+  if (parts > whole.info.sub_devices || parts > whole.info.compute_units) {
+    throw Error(ErrorKind::kInput, fmt::format("{} cannot be divided into {} parts, at most into {}", name, parts,
+                                               std::min(whole.info.sub_devices, whole.info.compute_units)));
+  }
+  const std::array<cl_device_partition_property, 3> equally{CL_DEVICE_PARTITION_EQUALLY,
+                                                            whole.info.compute_units / parts, 0};
+  cl_uint count = 0;
+  check(clCreateSubDevices(whole.id, equally.data(), 0, nullptr, &count), "clCreateSubDevices", name);
+  std::vector<cl_device_id> ids(count);
+  check(clCreateSubDevices(whole.id, equally.data(), count, ids.data(), nullptr), "clCreateSubDevices", name);
+  std::vector<LocalDevice> devices;
+  for (cl_device_id id : ids) {
+    LocalDevice& device = devices.emplace_back(copy_of(whole));
+    device.id = id;
+    device.part = SubDevice(id);
+    device.info.compute_units = whole.info.compute_units / parts;
+    device.info.name += fmt::format(" (part {} of {})", devices.size(), count);
+  }
+  return devices;
 }
 
 }  // namespace
@@ -138,36 +200,43 @@ std::vector<LocalDevice> local_devices() {
     const std::string name = platform_text(platform, CL_PLATFORM_NAME);
     const std::string version = platform_text(platform, CL_PLATFORM_VERSION);
     for (cl_device_id id : devices_of(platform, name)) {
-      found.push_back({platform, id, described(id, name, static_cast<int>(found.size())), version});
+      found.push_back({platform, id, described(id, name, static_cast<int>(found.size())), version, SubDevice()});
     }
   }
   return found;
 }
 
-LocalDevice chosen_device(const std::string& wanted) {
-  std::string selector = wanted;
+std::vector<LocalDevice> chosen_devices(const std::string& wanted) {
+  std::string selectors = wanted;
   std::string source = "the option";
-  if (selector.empty()) {
+  if (selectors.empty()) {
     const char* variable = std::getenv("CYLPOSE_DEVICE");
-    selector = variable == nullptr ? "" : variable;
+    selectors = variable == nullptr ? "" : variable;
     source = "CYLPOSE_DEVICE";
   }
-  const std::vector<LocalDevice> devices = local_devices();
-  std::optional<LocalDevice> best;
-  for (const LocalDevice& device : devices) {
-    if (!device.info.unusable.empty()) continue;
-    if (!selector.empty()) {
-      if (fits(device.info, selector)) return device;
-    } else if (!best || rank(device.info) < rank(best->info)) {
-      best = device;
+  const std::vector<LocalDevice> devices = usable(local_devices());
+  std::vector<LocalDevice> chosen;
+  if (selectors.empty()) {
+    const auto best = std::ranges::min_element(devices, {}, [](const LocalDevice& d) { return rank(d.info); });
+    chosen.push_back(copy_of(*best));
+    return chosen;
+  }
+  std::istringstream stream(selectors);
+  for (std::string text; std::getline(stream, text, ',');) {
+    const Selector selector = parsed(text, source);
+    const auto found =
+        std::ranges::find_if(devices, [&](const LocalDevice& device) { return fits(device.info, selector.device); });
+    if (found == devices.end()) {
+      throw Error(ErrorKind::kInput, fmt::format("no usable OpenCL device fits '{}' ({}); there are:{}",
+                                                 selector.device, source, listed(devices)));
+    }
+    if (selector.parts == 1) {
+      chosen.push_back(copy_of(*found));
+    } else {
+      std::ranges::move(divided(*found, selector.parts), std::back_inserter(chosen));
     }
   }
-  if (best) return *best;
-  if (selector.empty()) {
-    throw Error(ErrorKind::kDevice, "no usable OpenCL device: " + listed(devices));
-  }
-  throw Error(ErrorKind::kInput,
-              fmt::format("no usable OpenCL device fits '{}' ({}): {}", selector, source, listed(devices)));
+  return chosen;
 }
 
 }  // namespace cylpose::opencl

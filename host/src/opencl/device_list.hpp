@@ -15,6 +15,7 @@ struct LocalDevice {
   cl_device_id id;
   OpenclDevice info;
   std::string platform_version;
+  SubDevice part;  ///< keeps `id` where that is a part of a device
 };
 
 [[nodiscard]] std::vector<LocalDevice> local_devices();
@@ -22,8 +23,9 @@ struct LocalDevice {
 /// What a device is called in messages: index, name and platform.
 [[nodiscard]] std::string display_name(const OpenclDevice& device);
 
-/// By OpenclOptions::device, else CYLPOSE_DEVICE, else the best. Throws Error(kInput) where nothing fits.
-[[nodiscard]] LocalDevice chosen_device(const std::string& wanted);
+/// By OpenclOptions::device, else CYLPOSE_DEVICE, else the best; at least one. Throws Error(kInput) where nothing fits,
+/// Error(kDevice) where there is nothing.
+[[nodiscard]] std::vector<LocalDevice> chosen_devices(const std::string& wanted);
 
 /// A text or number that the device tells about itself. Throws Error(kDevice).
 [[nodiscard]] std::string device_text(cl_device_id device, cl_device_info what, std::string_view where);

@@ -3,7 +3,7 @@
 
 namespace cylpose::opencl {
 
-extern const char* const kKernelSource;
-extern const char* const kKernelHash;  ///< SHA-256 of kKernelSource, hexadecimal
+[[nodiscard]] const char* kernel_source();
+[[nodiscard]] const char* kernel_hash();  ///< SHA-256 of kernel_source(), hexadecimal
 
 }  // namespace cylpose::opencl

@@ -19,7 +19,7 @@ std::string build_log(const ProgramTarget& target, cl_program program) {
   if (clGetProgramBuildInfo(program, target.device, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr) != CL_SUCCESS) {
     return {};
   }
-  return log.c_str();  // up to the terminating zero
+  return log.substr(0, log.find('\0'));
 }
 
 std::optional<Program> built_from_binary(const ProgramTarget& target, const std::vector<unsigned char>& binary,
@@ -70,13 +70,13 @@ Program built_from_source(const ProgramTarget& target, const char* source, const
 
 Program built_kernels(const ProgramTarget& target, const KernelParameters& parameters, const ProgramCache* cache) {
   const std::string options = build_options(parameters);
-  const std::string key = target.identity + "\n" + kKernelHash + "\n" + options;
+  const std::string key = target.identity + "\n" + kernel_hash() + "\n" + options;
   if (cache != nullptr) {
     if (const auto binary = cache->find(key)) {
       if (auto program = built_from_binary(target, *binary, options)) return std::move(*program);
     }
   }
-  Program program = built_from_source(target, kKernelSource, options);
+  Program program = built_from_source(target, kernel_source(), options);
   if (cache != nullptr) {
     if (const auto binary = binary_of(program.get()); !binary.empty()) cache->store(key, binary);
   }

@@ -13,11 +13,11 @@ RegionStatistics statistics_of(std::span<const RowStatistics> rows, int first_y)
   CylU32 right = 0;
   int top = 0;
   int bottom = 0;
-  std::int64_t y = first_y;
+  int y = first_y;
   for (const RowStatistics& row : rows) {
     if (row.count > 0) {
-      if (region.m00 == 0) top = static_cast<int>(y);
-      bottom = static_cast<int>(y) + 1;
+      if (region.m00 == 0) top = y;
+      bottom = y + 1;
       left = std::min(left, row.left);
       right = std::max(right, row.right);
       const std::int64_t count = row.count;
@@ -37,51 +37,65 @@ RegionStatistics statistics_of(std::span<const RowStatistics> rows, int first_y)
   return region;
 }
 
+void add(RegionStatistics& sum, const RegionStatistics& other) {
+  sum.m00 += other.m00;
+  sum.m10 += other.m10;
+  sum.m01 += other.m01;
+  sum.m20 += other.m20;
+  sum.m11 += other.m11;
+  sum.m02 += other.m02;
+  sum.box = united(sum.box, other.box);
+}
+
 EdgePixel edge_pixel(const KernelEdge& edge) {
   return {edge.x, edge.y, edge.gx, edge.gy, edge.offset_256, static_cast<EdgeStrength>(edge.kind & 3)};
 }
 
 // The kernel finds the edges of a row from left to right, but the rows in any order: a counting sort by part and row.
-void sort_edges(std::span<const KernelEdge> edges, const StripTask& task, EdgeField& field) {
-  const auto rows = static_cast<std::size_t>(task.search.height);
-  std::vector<std::uint32_t> places(field.parts.size() * rows + 1);
+void append_sorted(std::span<const KernelEdge> edges, const StripTask& task, EdgeField& field) {
+  const auto rows = static_cast<std::size_t>(task.end_row - task.first_row);
+  const int first_y = task.search.y + task.first_row;
+  std::vector<std::size_t> places(field.parts.size() * rows + 1);
   const auto row_of = [&](const KernelEdge& edge) {
-    return static_cast<std::size_t>(edge.kind >> 2) * rows + static_cast<std::size_t>(edge.y - task.search.y);
+    return static_cast<std::size_t>(edge.kind >> 2) * rows + static_cast<std::size_t>(edge.y - first_y);
   };
   for (const KernelEdge& edge : edges) ++places[row_of(edge) + 1];
   std::partial_sum(places.begin(), places.end(), places.begin());
-  std::vector<std::uint32_t> first_of_part;
+  std::vector<EdgePixel> sorted(edges.size());
+  std::vector<std::size_t> next(places);
+  for (const KernelEdge& edge : edges) sorted[next[row_of(edge)]++] = edge_pixel(edge);
   for (std::size_t part = 0; part < field.parts.size(); ++part) {
-    first_of_part.push_back(places[part * rows]);
-    field.parts[part].edges.resize(places[(part + 1) * rows] - places[part * rows]);
-  }
-  for (const KernelEdge& edge : edges) {
-    const std::size_t part = edge.kind >> 2;
-    field.parts[part].edges[places[row_of(edge)]++ - first_of_part[part]] = edge_pixel(edge);
+    const auto at = [&](std::size_t i) { return sorted.begin() + static_cast<std::ptrdiff_t>(places[i * rows]); };
+    std::vector<EdgePixel>& all = field.parts[part].edges;
+    all.insert(all.end(), at(part), at(part + 1));
   }
 }
 
-Mask mask_of(const StripRun& run, const StripTask& task, std::size_t part) {
+void append_mask(const StripJob& job, const StripTask& task, std::size_t part, Mask& mask) {
   constexpr std::uint8_t kSet = 255;
-  Mask mask{task.search, {}};
-  mask.pixels.reserve(static_cast<std::size_t>(task.search.width) * static_cast<std::size_t>(task.search.height));
-  for (int y = 0; y < task.search.height; ++y) {
-    const std::span<const CylU64> words = run.mask_row(part, y);
+  mask.roi = task.search;
+  for (int y = task.first_row; y < task.end_row; ++y) {
+    const std::span<const CylU64> words = job.mask_row(part, y);
     for (std::size_t x = 0; x < static_cast<std::size_t>(task.search.width); ++x) {
       mask.pixels.push_back((words[x / 64] >> (x % 64) & 1) != 0 ? kSet : std::uint8_t{0});
     }
   }
-  return mask;
 }
 
 }  // namespace
 
-void collect(const StripRun& run, const StripTask& task, EdgeField& field) {
-  for (std::size_t part = 0; part < field.parts.size(); ++part) {
-    field.parts[part].region = statistics_of(run.rows(part), task.search.y);
-    if (task.options.with_mask) field.parts[part].mask = mask_of(run, task, part);
+void collect(const std::vector<DoneStrip>& strips, EdgeField& field) {
+  for (const DoneStrip& strip : strips) {
+    const StripJob& job = strip.lease.job();
+    for (std::size_t i = 0; i < field.parts.size(); ++i) {
+      PartEdges& part = field.parts[i];
+      add(part.region, statistics_of(job.rows(i), strip.task.search.y + strip.task.first_row));
+      if (strip.task.options.with_mask) append_mask(job, strip.task, i, part.mask);
+    }
+    append_sorted(job.edges(), strip.task, field);
+    const std::vector<StageTime> times = job.times();
+    field.times.insert(field.times.end(), times.begin(), times.end());
   }
-  sort_edges(run.edges(), task, field);
 }
 
 }  // namespace cylpose::opencl

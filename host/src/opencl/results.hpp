@@ -3,11 +3,11 @@
 
 #include <cylpose/edge_field.hpp>
 
-#include "opencl/strip_run.hpp"
+#include "opencl/team.hpp"
 
 namespace cylpose::opencl {
 
-/// Statistics, edges and (on request) masks of all parts, from a run over all rows.
-void collect(const StripRun& run, const StripTask& task, EdgeField& field);
+/// Statistics, edges, device times and (on request) masks of all parts, from strips that follow each other.
+void collect(const std::vector<DoneStrip>& strips, EdgeField& field);
 
 }  // namespace cylpose::opencl

@@ -36,7 +36,7 @@ Kernel kernel_of(cl_program program, const char* name, std::string_view device) 
 template <typename... Args>
 void set_arguments(const Kernel& kernel, std::string_view device, const Args&... args) {
   cl_uint index = 0;
-  (check(clSetKernelArg(kernel.get(), index++, sizeof args, &args), "clSetKernelArg", device), ...);
+  (check(clSetKernelArg(kernel.get(), index++, sizeof(Args), &args), "clSetKernelArg", device), ...);
 }
 
 constexpr int squared_sobel(int levels_per_pixel) {
@@ -63,37 +63,74 @@ StripRun::StripRun(Device& device) : device_(device) {
   check(code, "clCreateCommandQueue", device.name());
 }
 
-void StripRun::start(const StripTask& task) {
-  timed_.clear();
+template <typename Enqueue>
+void StripRun::submit(Enqueue enqueue) {
   try {
-    enqueue(task);
+    enqueue();
   } catch (...) {
     drain();
     throw;
   }
-  submit();
+  // From here on only the callback tells that the device has stopped.
+  busy_ = true;
+  completion_.watch(end_.get(), device_.name());
+  check(clFlush(queue_.get()), "clFlush", device_.name());
+}
+
+void StripRun::start(const StripTask& task) {
+  timed_.clear();
+  located_ = true;
+  submit([&] {
+    enqueue_finding(task);
+    enqueue_locating();
+    read_all();
+  });
+}
+
+void StripRun::start_finding(const StripTask& task) {
+  timed_.clear();
+  located_ = false;
+  submit([&] {
+    enqueue_finding(task);
+    read(0, frame_.rows_at);
+  });
+}
+
+void StripRun::start_locating(std::span<const ColorSum> colors) {
+  located_ = true;
+  submit([&] {
+    colors_.assign(colors.begin(), colors.end());
+    check(clEnqueueWriteBuffer(queue_.get(), result_buffer_.get(), CL_FALSE, sizeof(ResultHeader), colors.size_bytes(),
+                               colors_.data(), 0, nullptr, nullptr),
+          "clEnqueueWriteBuffer", device_.name());
+    enqueue_locating();
+    read_all();
+  });
 }
 
 bool StripRun::wait() {
   wait_for_end();
-  if (header().stamp != frame_.stamp) {
-    throw Error(ErrorKind::kDevice, device_.name() + " reported success, but its results are not of this frame");
-  }
   const std::size_t edges = header().edges;
   if (edges > edge_capacity_) {
     edge_capacity_ = edges + edges / 4;
     return false;
   }
+  if (!located_) return true;
+  if (header().stamp != frame_.stamp) {
+    throw Error(ErrorKind::kDevice, device_.name() + " reported success, but its results are not of this frame");
+  }
   if (edges > edges_read_) {
-    read_edges_from(edges_read_, edges);
-    submit();
+    const double milliseconds = milliseconds_;
+    submit(
+        [&] { read(frame_.edges_at + edges_read_ * sizeof(KernelEdge), (edges - edges_read_) * sizeof(KernelEdge)); });
     wait_for_end();
+    milliseconds_ = milliseconds;
   }
   edges_before_ = edges;
   return true;
 }
 
-void StripRun::enqueue(const StripTask& task) {
+void StripRun::enqueue_finding(const StripTask& task) {
   make_kernels(task.image.format);
   describe(task);
   size_buffers(task);
@@ -109,7 +146,6 @@ void StripRun::enqueue(const StripTask& task) {
   set_arguments(gate_, device_.name(), image, frame_, gates, planes, result);
   set_arguments(opening_, device_.name(), frame_, planes, masks, result);
   set_arguments(find_edges_, device_.name(), image, frame_, gates, light, masks, result);
-  set_arguments(locate_edges_, device_.name(), image, frame_, light, result);
 
   // Shares per core: as many as spread uneven rows evenly, as few as launches cost.
   const LaunchShape& shape = device_.shape();
@@ -118,14 +154,20 @@ void StripRun::enqueue(const StripTask& task) {
   launch("gate", gate_, shape.items(size_of(frame_.plane_rows) * spans, 8));
   launch("opening", opening_, shape.items(rows, 4));
   launch("edges", find_edges_, shape.items(rows, 16));
-  launch("locate", locate_edges_, shape.items(edge_capacity_, 16));
   if (task.options.with_mask) {
     mask_words_.resize(size_of(frame_.parts) * size_of(frame_.plane_rows) * size_of(frame_.pitch));
     check(clEnqueueReadBuffer(queue_.get(), masks, CL_FALSE, 0, mask_words_.size() * sizeof(CylU64), mask_words_.data(),
                               0, nullptr, nullptr),
           "clEnqueueReadBuffer", device_.name());
   }
-  read_result();
+}
+
+void StripRun::enqueue_locating() {
+  const cl_mem image = device_.zero_copy() ? host_image_.get() : own_image_.get();
+  const cl_mem result = result_buffer_.get();
+  const cl_mem light = device_.light_tables();
+  set_arguments(locate_edges_, device_.name(), image, frame_, light, result);
+  launch("locate", locate_edges_, device_.shape().items(edge_capacity_, 16));
 }
 
 void StripRun::describe(const StripTask& task) {
@@ -216,6 +258,7 @@ void StripRun::make_kernels(PixelFormat format) {
   find_edges_ = kernel_of(program, "find_edges", device_.name());
   locate_edges_ = kernel_of(program, "locate_edges", device_.name());
   format_ = format;
+  compiled_ = false;
 }
 
 void StripRun::launch(std::string_view stage, const Kernel& kernel, std::size_t items) {
@@ -225,44 +268,38 @@ void StripRun::launch(std::string_view stage, const Kernel& kernel, std::size_t 
   if (code != CL_SUCCESS) fail(fmt::format("clEnqueueNDRangeKernel of '{}'", stage), code, device_.name());
 }
 
-void StripRun::read_result() {
+void StripRun::read(std::size_t offset, std::size_t bytes) {
+  check(clEnqueueReadBuffer(queue_.get(), result_buffer_.get(), CL_FALSE, offset, bytes, result_.data() + offset, 0,
+                            nullptr, end_.out()),
+        "clEnqueueReadBuffer", device_.name());
+}
+
+void StripRun::read_all() {
   // The edges that the frame before lets expect, and some more.
   constexpr std::size_t kSpare = 256;
   edges_read_ = std::min(edge_capacity_, edges_before_ + edges_before_ / 4 + kSpare);
-  const std::size_t bytes = frame_.edges_at + edges_read_ * sizeof(KernelEdge);
-  check(clEnqueueReadBuffer(queue_.get(), result_buffer_.get(), CL_FALSE, 0, bytes, result_.data(), 0, nullptr,
-                            end_.out()),
-        "clEnqueueReadBuffer", device_.name());
-}
-
-void StripRun::read_edges_from(std::size_t first, std::size_t end) {
-  const std::size_t offset = frame_.edges_at + first * sizeof(KernelEdge);
-  check(clEnqueueReadBuffer(queue_.get(), result_buffer_.get(), CL_FALSE, offset, (end - first) * sizeof(KernelEdge),
-                            result_.data() + offset, 0, nullptr, end_.out()),
-        "clEnqueueReadBuffer", device_.name());
-}
-
-void StripRun::submit() {
-  // From here on only the callback tells that the device has stopped.
-  abandoned_ = true;
-  completion_.watch(end_.get(), device_.name());
-  check(clFlush(queue_.get()), "clFlush", device_.name());
+  read(0, frame_.edges_at + edges_read_ * sizeof(KernelEdge));
 }
 
 void StripRun::wait_for_end() {
-  const std::optional<cl_int> status = completion_.wait(device_.timeout());
-  if (!status) {
-    throw Error(ErrorKind::kDevice,
-                fmt::format("{} did not answer within {} ms", device_.name(), device_.timeout().count()));
+  // Some drivers compile when a kernel first runs.
+  constexpr std::chrono::milliseconds kCompiling{120'000};
+  const auto timeout = compiled_ ? device_.timeout() : std::max(device_.timeout(), kCompiling);
+  const std::optional<cl_int> status = late_ ? std::nullopt : completion_.wait(timeout);
+  late_ = !status;
+  if (late_) {
+    throw Error(ErrorKind::kDevice, fmt::format("{} did not answer within {} ms", device_.name(), timeout.count()));
   }
-  abandoned_ = false;
+  busy_ = false;
   check(*status, "the run of the kernels", device_.name());
+  milliseconds_ = compiled_ ? completion_.milliseconds() : 0;
+  compiled_ = compiled_ || located_;
 }
 
 void StripRun::drain() {
   using Clock = std::chrono::steady_clock;
   constexpr std::chrono::milliseconds kPause{1};
-  abandoned_ = true;
+  busy_ = true;
   Event marker;
   if (clEnqueueMarkerWithWaitList(queue_.get(), 0, nullptr, marker.out()) != CL_SUCCESS) return;
   if (clFlush(queue_.get()) != CL_SUCCESS) return;
@@ -271,7 +308,7 @@ void StripRun::drain() {
     const cl_int code =
         clGetEventInfo(marker.get(), CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status, &status, nullptr);
     if (code == CL_SUCCESS && status > CL_COMPLETE) continue;
-    abandoned_ = code != CL_SUCCESS;
+    busy_ = code != CL_SUCCESS;
     return;
   }
 }
@@ -283,6 +320,10 @@ cl_event* StripRun::timed(std::string_view stage) {
 
 const ResultHeader& StripRun::header() const {
   return *reinterpret_cast<const ResultHeader*>(result_.data());
+}
+
+std::span<const ColorSum> StripRun::colors() const {
+  return {reinterpret_cast<const ColorSum*>(result_.data() + sizeof(ResultHeader)), size_of(frame_.parts)};
 }
 
 std::span<const RowStatistics> StripRun::rows(std::size_t part) const {

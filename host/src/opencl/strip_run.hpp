@@ -12,20 +12,9 @@
 #include "opencl/api.hpp"
 #include "opencl/completion.hpp"
 #include "opencl/device.hpp"
+#include "opencl/strip_job.hpp"
 
 namespace cylpose::opencl {
-
-struct StripTask {
-  ImageView image;
-  Roi search;     ///< lies in the image, not empty
-  int first_row;  ///< rows of `search` to do, from its first row
-  int end_row;
-  std::span<const KernelGate> gates;  ///< one per part, at least one
-  DetectOptions options;
-};
-
-/// Most parts in one task: KernelEdge::kind has room for no more.
-inline constexpr std::size_t kMostParts = 16383;
 
 /// Device memory that grows and never shrinks.
 class DeviceBuffer {
@@ -39,28 +28,22 @@ class DeviceBuffer {
   std::size_t bytes_ = 0;
 };
 
-class StripRun {
+class StripRun final : public StripJob {
  public:
   explicit StripRun(Device& device);
 
-  /// Sends all commands for a strip without waiting. The image and the gates must stay until wait() returns true.
-  /// Throws Error(kDevice); then abandoned() tells whether the device may still be using them.
-  void start(const StripTask& task);
+  void start(const StripTask& task) override;
+  void start_finding(const StripTask& task) override;
+  void start_locating(std::span<const ColorSum> colors) override;
+  [[nodiscard]] bool wait() override;
+  [[nodiscard]] bool busy() const override { return busy_; }
+  [[nodiscard]] double milliseconds() const override { return milliseconds_; }
 
-  /// Waits until the device is done. False when there were more edges than there was room for: there is more now, start
-  /// again. Throws Error(kDevice) when the device failed or was late.
-  [[nodiscard]] bool wait();
-
-  /// After an error: the device did not say that it has stopped. The run must then be kept for ever.
-  [[nodiscard]] bool abandoned() const { return abandoned_; }
-
-  // Results, valid until the next start().
-  [[nodiscard]] std::span<const RowStatistics> rows(std::size_t part) const;
-  [[nodiscard]] std::span<const KernelEdge> edges() const;
-  /// Words of the rows of the strip; only with DetectOptions::with_mask.
-  [[nodiscard]] std::span<const CylU64> mask_row(std::size_t part, int row) const;
-  /// Device times, only where the device profiles.
-  [[nodiscard]] std::vector<StageTime> times() const;
+  [[nodiscard]] std::span<const ColorSum> colors() const override;
+  [[nodiscard]] std::span<const RowStatistics> rows(std::size_t part) const override;
+  [[nodiscard]] std::span<const KernelEdge> edges() const override;
+  [[nodiscard]] std::span<const CylU64> mask_row(std::size_t part, int row) const override;
+  [[nodiscard]] std::vector<StageTime> times() const override;
 
  private:
   struct TimedEvent {
@@ -68,16 +51,18 @@ class StripRun {
     Event event;
   };
 
-  void enqueue(const StripTask& task);
+  template <typename Enqueue>
+  void submit(Enqueue enqueue);
+  void enqueue_finding(const StripTask& task);
+  void enqueue_locating();
   void describe(const StripTask& task);
   void size_buffers(const StripTask& task);
   void provide_image(const StripTask& task);
   void provide_gates(std::span<const KernelGate> gates);
   void make_kernels(PixelFormat format);
   void launch(std::string_view stage, const Kernel& kernel, std::size_t items);
-  void read_result();
-  void read_edges_from(std::size_t first, std::size_t end);
-  void submit();
+  void read(std::size_t offset, std::size_t bytes);
+  void read_all();
   void wait_for_end();
   void drain();
   [[nodiscard]] cl_event* timed(std::string_view stage);
@@ -87,7 +72,11 @@ class StripRun {
   Queue queue_;
   Completion completion_;
   Event end_;
-  bool abandoned_ = false;
+  bool busy_ = false;
+  bool late_ = false;        ///< the device did not answer in time
+  bool compiled_ = false;    ///< the kernels have run before
+  double milliseconds_ = 0;  ///< of the last wait; 0 when that may have compiled
+  bool located_ = false;     ///< what was started ends with locate_edges
 
   PixelFormat format_{};
   Kernel gate_;
@@ -100,6 +89,7 @@ class StripRun {
   DeviceBuffer own_image_;
   DeviceBuffer gate_buffer_;
   std::vector<KernelGate> gates_;  ///< what gate_buffer_ holds
+  std::vector<ColorSum> colors_;   ///< on their way to the device
   DeviceBuffer planes_;
   DeviceBuffer masks_;
   DeviceBuffer result_buffer_;
