@@ -1,4 +1,6 @@
 // From a frame in memory to its edges, and to poses, by every backend.
+#include <fmt/format.h>
+
 #include <array>
 #include <cylpose/search_region.hpp>
 #include <exception>
@@ -62,15 +64,15 @@ void estimate(const std::string& backend, const BenchScene& scene, const PoseSol
 void register_scenes(const std::string& backend, const Register& add) {
   for (const auto& [scene_name, scene_of] : kScenes) {
     for (const FrameSize& size : kFrameSizes) {
-      const std::string name = std::string(scene_name) + "/" + to_string(size);
-      add_guarded(add, "detect/" + backend + "/" + name, [=, scene_of = scene_of](benchmark::State& state) {
+      const std::string name = fmt::format("{}/{}", scene_name, to_string(size));
+      add_guarded(add, fmt::format("detect/{}/{}", backend, name), [=, scene_of = scene_of](benchmark::State& state) {
         const BenchScene scene = scene_of(size);
         Contender::named(backend).require_agreement(scene, name);
         detect(backend, scene, state);
         count_frames(scene, state);
         Contender::named(backend).count_stages(scene, nullptr, state);
       });
-      add_guarded(add, "estimate/" + backend + "/" + name, [=, scene_of = scene_of](benchmark::State& state) {
+      add_guarded(add, fmt::format("estimate/{}/{}", backend, name), [=, scene_of = scene_of](benchmark::State& state) {
         const BenchScene scene = scene_of(size);
         Contender::named(backend).require_agreement(scene, name);
         const PoseSolver solver(scene.camera, scene.parts);

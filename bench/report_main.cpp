@@ -7,6 +7,7 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
@@ -53,6 +54,7 @@ void report(const RunArguments& arguments) {
 
 std::vector<bench::BenchRun> loaded(const std::vector<fs::path>& files) {
   std::vector<bench::BenchRun> runs;
+  runs.reserve(files.size());
   for (const fs::path& file : files) runs.push_back(bench::load_run(file));
   return runs;
 }
@@ -67,18 +69,16 @@ int compare(const CompareArguments& arguments) {
   return slower == 0 ? 0 : kSlower;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App app{"Tables and pictures from the files that cylpose_bench writes."};
   app.require_subcommand(1);
   app.footer("Exit codes: 0 success, 1 slower, 2 usage, or a file that cannot be used.");
 
-  RunArguments run;
+  RunArguments one;
   CLI::App* run_command = app.add_subcommand("run", "One run as text and as a picture.");
-  run_command->add_option("RUN", run.run, "JSON of cylpose_bench")->required();
-  run_command->add_option("--table", run.table, "text file to write")->required();
-  run_command->add_option("--picture", run.picture, "picture to write")->required();
+  run_command->add_option("RUN", one.run, "JSON of cylpose_bench")->required();
+  run_command->add_option("--table", one.table, "text file to write")->required();
+  run_command->add_option("--picture", one.picture, "picture to write")->required();
 
   CompareArguments both;
   CLI::App* compare_command = app.add_subcommand("compare", "Two revisions; fails where the new one is surely slower.");
@@ -87,13 +87,21 @@ int main(int argc, char** argv) {
 
   try {
     app.parse(argc, argv);
-    if (compare_command->parsed()) return compare(both);
-    report(run);
-    return 0;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kUnusable;
+  }
+  if (compare_command->parsed()) return compare(both);
+  report(one);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "cylpose_bench_report: {}\n", error.what());
+    std::cerr << "cylpose_bench_report: " << error.what() << '\n';
     return kUnusable;
   }
 }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
@@ -23,24 +25,31 @@ constexpr int kBarStep = 22;
 constexpr int kTitleHeight = 26;
 constexpr int kGroupGap = 12;
 
-const cv::Scalar kWhite(255, 255, 255);
-const cv::Scalar kInk(40, 40, 40);
-const cv::Scalar kRest(205, 205, 205);
+// B G R.
+struct Color {
+  std::uint8_t blue, green, red;
+};
 
-// Told apart by people with any kind of colour vision where neighbours are concerned (after Okabe and Ito), then
-// darker ones of the same; B G R.
-const std::array<cv::Scalar, 12> kPalette{{{178, 114, 0},
-                                           {0, 159, 230},
-                                           {115, 158, 0},
-                                           {66, 228, 240},
-                                           {167, 121, 204},
-                                           {233, 180, 86},
-                                           {0, 94, 213},
-                                           {110, 70, 0},
-                                           {70, 100, 0},
-                                           {0, 100, 150},
-                                           {110, 75, 130},
-                                           {90, 90, 90}}};
+constexpr Color kInk{40, 40, 40};
+constexpr Color kRest{205, 205, 205};
+
+// Neighbours can be told apart with any kind of colour vision (after Okabe and Ito); then darker ones of the same.
+constexpr std::array<Color, 12> kPalette{{{178, 114, 0},
+                                          {0, 159, 230},
+                                          {115, 158, 0},
+                                          {66, 228, 240},
+                                          {167, 121, 204},
+                                          {233, 180, 86},
+                                          {0, 94, 213},
+                                          {110, 70, 0},
+                                          {70, 100, 0},
+                                          {0, 100, 150},
+                                          {110, 75, 130},
+                                          {90, 90, 90}}};
+
+cv::Scalar scalar(const Color& color) {
+  return {static_cast<double>(color.blue), static_cast<double>(color.green), static_cast<double>(color.red)};
+}
 
 std::vector<std::string> stage_names(const std::vector<CaseGrid>& grids) {
   std::vector<std::string> names;
@@ -59,7 +68,8 @@ std::vector<std::string> stage_names(const std::vector<CaseGrid>& grids) {
 
 class Chart {
  public:
-  Chart(cv::Size size, std::vector<std::string> stages) : picture_(size, CV_8UC3, kWhite), stages_(std::move(stages)) {}
+  Chart(cv::Size size, std::vector<std::string> stages)
+      : picture_(size, CV_8UC3, cv::Scalar::all(255)), stages_(std::move(stages)) {}
 
   void legend() {
     cv::Point at(kMargin, kMargin);
@@ -121,7 +131,7 @@ class Chart {
     const Bar bar = bar_of(cell);
     const int left = at.x + kNameWidth;
     const double pixels_per_ms = (kPanelWidth - kNameWidth - kNumberWidth) / longest;
-    const auto place = [&](double ms) { return left + static_cast<int>(ms * pixels_per_ms + 0.5); };
+    const auto place = [&](double ms) { return left + static_cast<int>(std::lround(ms * pixels_per_ms)); };
     text(backend, at + cv::Point(0, 14));
     box(left, at.y, place(bar.total) - left, kBarHeight, kRest);
     double from = 0;
@@ -133,17 +143,17 @@ class Chart {
     text(fmt::format("{:.3f} ms", bar.total), {place(std::max(bar.total, bar.staged)) + 6, at.y + 14});
   }
 
-  [[nodiscard]] cv::Scalar color_of(const std::string& stage) const {
+  [[nodiscard]] Color color_of(const std::string& stage) const {
     return color(static_cast<std::size_t>(std::ranges::find(stages_, stage) - stages_.begin()));
   }
-  static cv::Scalar color(std::size_t stage) { return kPalette[stage % kPalette.size()]; }
+  static Color color(std::size_t stage) { return kPalette[stage % kPalette.size()]; }
 
-  void box(int x, int y, int width, int height, const cv::Scalar& fill) {
-    if (width > 0) cv::rectangle(picture_, cv::Rect(x, y, width, height), fill, cv::FILLED);
+  void box(int x, int y, int width, int height, const Color& fill) {
+    if (width > 0) cv::rectangle(picture_, cv::Rect(x, y, width, height), scalar(fill), cv::FILLED);
   }
 
   void text(const std::string& words, const cv::Point& baseline) {
-    cv::putText(picture_, words, baseline, cv::FONT_HERSHEY_SIMPLEX, kTextScale, kInk, 1, cv::LINE_AA);
+    cv::putText(picture_, words, baseline, cv::FONT_HERSHEY_SIMPLEX, kTextScale, scalar(kInk), 1, cv::LINE_AA);
   }
 
   static int text_width(const std::string& words) {
