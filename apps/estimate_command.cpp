@@ -2,9 +2,9 @@
 #include <fmt/ranges.h>
 
 #include <cstdlib>
+#include <cylpose/default_backend.hpp>
 #include <cylpose/error.hpp>
 #include <cylpose/evaluate.hpp>
-#include <cylpose/opencl_devices.hpp>
 #include <filesystem>
 #include <memory>
 #include <opencv2/core/utils/logger.hpp>
@@ -48,17 +48,12 @@ PoseFormat format_of(const Arguments& arguments) {
                           arguments.output, extension));
 }
 
-// Only here: options that one backend has and the others have not.
-std::unique_ptr<Estimator> estimator_for(const Arguments& arguments, const CameraModel& camera,
-                                         const std::vector<PartModel>& parts) {
-  const bool on_opencl = arguments.backend == "opencl" || (arguments.backend.empty() && !arguments.device.empty());
-  if (!arguments.device.empty() && !on_opencl) {
+// Here, not in the library: options that one backend has and the others have not, and what is said to the user.
+std::unique_ptr<Backend> backend_for(const Arguments& arguments) {
+  if (!arguments.device.empty() && !arguments.backend.empty() && arguments.backend != "opencl") {
     throw Error(ErrorKind::kInput, fmt::format("--device {}: only the backend opencl runs on devices; leave out "
                                                "--backend {}",
                                                arguments.device, arguments.backend));
-  }
-  if (!on_opencl || arguments.method != "default") {
-    return make_estimator(arguments.method, camera, parts, on_opencl ? "opencl" : arguments.backend);
   }
   OpenclOptions options;
   options.device = arguments.device;
@@ -66,7 +61,18 @@ std::unique_ptr<Estimator> estimator_for(const Arguments& arguments, const Camer
   options.on_device_lost = [](const OpenclDevice& device, const std::string& why) {
     fmt::print(stderr, "cylpose: warning: going on without {}: {}\n", device.name, why);
   };
-  return make_estimator(camera, parts, make_opencl_backend(options));
+  if (arguments.backend == "opencl" || !arguments.device.empty()) return make_opencl_backend(options);
+  if (!arguments.backend.empty()) return make_backend(arguments.backend);
+  DefaultBackend chosen = make_default_backend(options);
+  if (!chosen.note.empty()) fmt::print(stderr, "cylpose: {}\n", chosen.note);
+  return std::move(chosen.backend);
+}
+
+std::unique_ptr<Estimator> estimator_for(const Arguments& arguments, const CameraModel& camera,
+                                         const std::vector<PartModel>& parts) {
+  if (arguments.method == "default") return make_estimator(camera, parts, backend_for(arguments));
+  const bool on_device = arguments.backend.empty() && !arguments.device.empty();
+  return make_estimator(arguments.method, camera, parts, on_device ? "opencl" : arguments.backend);
 }
 
 std::string summary_text(const RunSummary& summary) {
@@ -131,7 +137,11 @@ void add_estimate_command(CLI::App& app) {
   command->add_option("--parts", arguments->parts, "The cylinders: YAML with sizes and colours")
       ->required()
       ->type_name("FILE");
-  command->add_option("--backend", arguments->backend, "Who does the per-pixel work; `cylpose devices` lists them")
+  command
+      ->add_option(
+          "--backend", arguments->backend,
+          "Who does the per-pixel work; `cylpose devices` lists them (default: opencl where a device is found, else "
+          "serial)")
       ->type_name("NAME");
   command
       ->add_option("--device", arguments->device,

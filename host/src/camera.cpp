@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "text_file.hpp"
+#include "text_readers.hpp"
 #include "yaml_file.hpp"
 
 namespace cylpose {
@@ -166,8 +167,8 @@ bool CameraModel::is_valid(std::string* why) const {
   return true;
 }
 
-CameraModel load_camera(const std::filesystem::path& path) {
-  const YamlValue root = YamlValue::from_file(path);
+CameraModel camera_from_yaml(const std::string& name, std::string text) {
+  const YamlValue root = YamlValue::from_text(name, std::move(text));
   CameraModel camera;
   camera.width = root.at("image_width").integer();
   camera.height = root.at("image_height").integer();
@@ -180,6 +181,10 @@ CameraModel load_camera(const std::filesystem::path& path) {
     (focal_length ? root.at("camera_matrix") : root).fail(why);
   }
   return camera;
+}
+
+CameraModel load_camera(const std::filesystem::path& path) {
+  return camera_from_yaml(path.string(), read_file(path, kMaxYamlBytes));
 }
 
 void save_camera(const CameraModel& camera, const std::filesystem::path& path) {

@@ -137,6 +137,14 @@ std::vector<EdgePoint> edge_points(const CameraModel& camera, std::span<const Ed
   return points;
 }
 
+std::vector<EdgePoint> thinned(std::span<const EdgePoint> points, std::size_t at_most) {
+  const std::size_t step = std::max<std::size_t>(1, (points.size() + at_most - 1) / at_most);
+  std::vector<EdgePoint> kept;
+  kept.reserve(points.size() / step + 1);
+  for (std::size_t i = 0; i < points.size(); i += step) kept.push_back(points[i]);
+  return kept;
+}
+
 std::vector<Chain> extract_chains(std::span<const EdgePixel> edges, int min_length) {
   const Neighbours neighbours(edges);
   std::vector<bool> visited(edges.size(), false);

@@ -6,14 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cylpose/error.hpp>
+#include <utility>
 
 #include "text_file.hpp"
 
 namespace cylpose {
 namespace {
-
-// A day of poses at 100 frames a second stays below this; a video given by mistake often does not.
-constexpr std::size_t kMaxBytes = std::size_t{2} << 30;
 
 std::vector<std::string_view> split(std::string_view line, char separator) {
   std::vector<std::string_view> fields;
@@ -27,8 +25,8 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
 
 }  // namespace
 
-CsvFile::CsvFile(const std::filesystem::path& path, const std::vector<std::string>& required)
-    : name_(path.string()), text_(read_file(path, kMaxBytes)) {
+CsvFile::CsvFile(std::string name, std::string content, const std::vector<std::string>& required)
+    : name_(std::move(name)), text_(std::move(content)) {
   const std::string_view text = text_;
   std::size_t line_number = 0;
   for (std::size_t start = 0, end = 0; start < text.size(); start = end + 1) {

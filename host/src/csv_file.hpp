@@ -2,19 +2,25 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace cylpose {
 
+/// A day of poses at 100 frames a second stays below this; a video given by mistake often does not.
+inline constexpr std::size_t kMaxCsvBytes = std::size_t{2} << 30;
+
 /// A whole CSV file: comma-separated without quotes, LF or CRLF, empty lines skipped, columns found by name.
 class CsvFile {
  public:
   /// Throws Error(kInput) unless the header has all `required` columns and every line as many fields as the header.
-  CsvFile(const std::filesystem::path& path, const std::vector<std::string>& required);
+  /// `name` stands for the file in messages. Blank content, which read_file refuses, has no rows.
+  CsvFile(std::string name, std::string content, const std::vector<std::string>& required);
+  CsvFile(const CsvFile&) = delete;  // the rows point into the text
+  CsvFile& operator=(const CsvFile&) = delete;
 
   [[nodiscard]] std::size_t rows() const { return rows_.size(); }
   [[nodiscard]] bool has(std::string_view column) const;

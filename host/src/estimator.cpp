@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cylpose/default_backend.hpp>
 #include <cylpose/error.hpp>
 #include <cylpose/estimator.hpp>
 #include <cylpose/thesis.hpp>
@@ -26,7 +27,9 @@ void require_calibrated_size(const CameraModel& camera, const ImageView& image) 
 std::unique_ptr<Estimator> make_estimator(std::string_view method, const CameraModel& camera,
                                           const std::vector<PartModel>& parts, std::string_view backend) {
   if (parts.empty()) throw Error(ErrorKind::kInput, "no part to look for");
-  if (method == "default") return make_estimator(camera, parts, make_backend(backend.empty() ? "serial" : backend));
+  if (method == "default") {
+    return make_estimator(camera, parts, backend.empty() ? make_default_backend().backend : make_backend(backend));
+  }
   if (method == "thesis") {
     if (!backend.empty() && backend != "opencv") {
       throw Error(ErrorKind::kInput,

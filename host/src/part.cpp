@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "text_file.hpp"
+#include "text_readers.hpp"
 #include "yaml_file.hpp"
 
 namespace cylpose {
@@ -87,8 +88,8 @@ bool PartModel::is_valid(std::string* why) const {
   return true;
 }
 
-std::vector<PartModel> load_parts(const std::filesystem::path& path) {
-  const YamlValue root = YamlValue::from_file(path);
+std::vector<PartModel> parts_from_yaml(const std::string& name, std::string text) {
+  const YamlValue root = YamlValue::from_text(name, std::move(text));
   root.require_keys_among({"parts"});
   std::vector<PartModel> parts;
   for (const YamlValue& entry : root.at("parts").items()) {
@@ -100,6 +101,10 @@ std::vector<PartModel> load_parts(const std::filesystem::path& path) {
   }
   if (parts.empty()) root.at("parts").fail("the list is empty; describe at least one part");
   return parts;
+}
+
+std::vector<PartModel> load_parts(const std::filesystem::path& path) {
+  return parts_from_yaml(path.string(), read_file(path, kMaxYamlBytes));
 }
 
 void save_parts(const std::vector<PartModel>& parts, const std::filesystem::path& path) {

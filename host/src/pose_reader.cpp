@@ -4,16 +4,23 @@
 #include <cylpose/error.hpp>
 #include <cylpose/pose_io.hpp>
 #include <fstream>
+#include <istream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "csv_file.hpp"
 #include "text_file.hpp"
+#include "text_readers.hpp"
 
 namespace cylpose {
 namespace {
 
 using nlohmann::json;
+
+// A row is an object of words, numbers and flat lists; later versions may nest a little. The parser takes any depth,
+// but json::dump, which the messages use, calls itself per level and would run out of stack.
+constexpr int kMaxDepth = 16;
 
 constexpr const char* kStatusRemedy = "expected ok, predicted or none";
 
@@ -43,27 +50,6 @@ CylinderPose pose_in(const CsvFile& file, std::size_t row) {
   return {file.vector(row, "c"), *unit};
 }
 
-std::vector<PoseRow> load_csv(const std::filesystem::path& path) {
-  const CsvFile file(path, {"frame", "timestamp_s", "part", "status", "cx", "cy", "cz", "ax", "ay", "az", "sigma_cx",
-                            "sigma_cy", "sigma_cz", "sigma_axis_deg", "rms_px"});
-  std::vector<PoseRow> rows(file.rows());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    PoseRow& row = rows[i];
-    row.frame = file.index(i, "frame");
-    row.timestamp_s = file.number(i, "timestamp_s");
-    row.part = file.text(i, "part");
-    const auto status = status_from(file.text(i, "status"));
-    if (!status) file.fail(i, fmt::format("status is '{}'; {}", file.text(i, "status"), kStatusRemedy));
-    row.status = *status;
-    if (row.status == PoseStatus::kNone) continue;
-    row.pose = pose_in(file, i);
-    row.sigma_center_m = file.vector(i, "sigma_c");
-    row.sigma_axis_deg = file.number(i, "sigma_axis_deg");
-    row.rms_px = file.number(i, "rms_px");
-  }
-  return rows;
-}
-
 Eigen::Vector3d vector_in(const json& row, const char* key) {
   const json& values = row.at(key);
   if (!values.is_array() || values.size() != 3) {
@@ -73,6 +59,14 @@ Eigen::Vector3d vector_in(const json& row, const char* key) {
 }
 
 /// Throws std::invalid_argument or json::exception; the caller knows file and line.
+json parsed(const std::string& line) {
+  return json::parse(line, [](int depth, json::parse_event_t, const json&) {
+    if (depth > kMaxDepth) throw std::invalid_argument(fmt::format("is nested deeper than {} levels", kMaxDepth));
+    return true;
+  });
+}
+
+/// Throws like parsed().
 PoseRow row_from(const json& object) {
   PoseRow row;
   const json& frame = object.at("frame");
@@ -96,34 +90,57 @@ PoseRow row_from(const json& object) {
   return row;
 }
 
-std::vector<PoseRow> load_jsonl(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
+}  // namespace
+
+std::vector<PoseRow> poses_from_csv(std::string name, std::string text) {
+  const CsvFile file(std::move(name), std::move(text),
+                     {"frame", "timestamp_s", "part", "status", "cx", "cy", "cz", "ax", "ay", "az", "sigma_cx",
+                      "sigma_cy", "sigma_cz", "sigma_axis_deg", "rms_px"});
+  std::vector<PoseRow> rows(file.rows());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    PoseRow& row = rows[i];
+    row.frame = file.index(i, "frame");
+    row.timestamp_s = file.number(i, "timestamp_s");
+    row.part = file.text(i, "part");
+    const auto status = status_from(file.text(i, "status"));
+    if (!status) file.fail(i, fmt::format("status is '{}'; {}", file.text(i, "status"), kStatusRemedy));
+    row.status = *status;
+    if (row.status == PoseStatus::kNone) continue;
+    row.pose = pose_in(file, i);
+    row.sigma_center_m = file.vector(i, "sigma_c");
+    row.sigma_axis_deg = file.number(i, "sigma_axis_deg");
+    row.rms_px = file.number(i, "rms_px");
+  }
+  return rows;
+}
+
+std::vector<PoseRow> poses_from_jsonl(const std::string& name, std::istream& lines) {
   std::vector<PoseRow> rows;
   std::string line;
-  for (std::size_t number = 1; std::getline(file, line); ++number) {
+  for (std::size_t number = 1; std::getline(lines, line); ++number) {
     if (trimmed(line).empty()) continue;
     try {
-      rows.push_back(row_from(json::parse(line)));
+      rows.push_back(row_from(parsed(line)));
     } catch (const json::exception& error) {
       throw Error(ErrorKind::kInput, fmt::format("{}:{}: {}; a line cut short by an interrupted run can be removed",
-                                                 path.string(), number, error.what()));
+                                                 name, number, error.what()));
     } catch (const std::invalid_argument& error) {
-      throw Error(ErrorKind::kInput, fmt::format("{}:{}: {}", path.string(), number, error.what()));
+      throw Error(ErrorKind::kInput, fmt::format("{}:{}: {}", name, number, error.what()));
     }
   }
   return rows;
 }
 
-}  // namespace
-
 std::vector<PoseRow> load_poses(const std::filesystem::path& path) {
   char first = 0;
-  std::ifstream(path, std::ios::binary) >> first;  // skips blanks; load_csv complains about what cannot be opened
-  return first == '{' ? load_jsonl(path) : load_csv(path);
+  std::ifstream(path, std::ios::binary) >> first;  // skips blanks; read_file complains about what cannot be opened
+  if (first != '{') return poses_from_csv(path.string(), read_file(path, kMaxCsvBytes));
+  std::ifstream lines(path, std::ios::binary);
+  return poses_from_jsonl(path.string(), lines);
 }
 
-std::vector<TruthRow> load_truth(const std::filesystem::path& path) {
-  const CsvFile file(path, {"frame", "cx", "cy", "cz", "ax", "ay", "az"});
+std::vector<TruthRow> truth_from_csv(std::string name, std::string text) {
+  const CsvFile file(std::move(name), std::move(text), {"frame", "cx", "cy", "cz", "ax", "ay", "az"});
   std::vector<TruthRow> rows(file.rows());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     rows[i].frame = file.index(i, "frame");
@@ -131,6 +148,10 @@ std::vector<TruthRow> load_truth(const std::filesystem::path& path) {
     rows[i].pose = pose_in(file, i);
   }
   return rows;
+}
+
+std::vector<TruthRow> load_truth(const std::filesystem::path& path) {
+  return truth_from_csv(path.string(), read_file(path, kMaxCsvBytes));
 }
 
 }  // namespace cylpose

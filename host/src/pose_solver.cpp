@@ -19,6 +19,8 @@ namespace {
 constexpr int kMaxCandidatesPerPair = 3;
 // Hypotheses that are refined; the others are only compared by how many edge points they explain.
 constexpr std::size_t kMaxRefined = 3;
+// Edge points by which hypotheses are compared.
+constexpr std::size_t kPointsToCompare = 200;
 // A solution rated higher leaves nothing for another hypothesis to explain.
 constexpr double kClearlyRight = 0.7;
 // Edge points this far inside the outline that do not belong to it are clutter.
@@ -126,12 +128,13 @@ class PartSolver {
 
   // The poses worth refining: for every pair of sides its places along the axis, by the edge points that they explain.
   std::vector<Hypothesis> hypothesise(const std::vector<SidePair>& pairs) const {
+    const std::vector<EdgePoint> few = thinned(points_, kPointsToCompare);
     std::vector<Hypothesis> hypotheses;
     for (const SidePair& pair : pairs) {
       for (const CylinderPose& pose :
            candidate_centers(camera_, part_, pair.axis, points_, field_.region, kMaxCandidatesPerPair)) {
         if (const auto outline = Outline::of(camera_, part_, pose)) {
-          hypotheses.push_back({pose, &pair, count_explained(*outline, points_, options_.refine.first_gate_px)});
+          hypotheses.push_back({pose, &pair, count_explained(*outline, few, options_.refine.first_gate_px)});
         }
       }
     }

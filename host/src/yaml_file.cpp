@@ -6,16 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cylpose/error.hpp>
-#include <limits>
 #include <set>
+#include <utility>
 
 #include "text_file.hpp"
 
 namespace cylpose {
 namespace {
-
-// Calibrations and part lists have a few hundred bytes; more is another kind of file given by mistake.
-constexpr std::size_t kMaxBytes = 1 << 20;
 
 // OpenCV opens its files with "%YAML:1.0", which is no YAML directive ("%YAML 1.0" is). The line becomes a comment so
 // that line numbers in messages stay right.
@@ -27,16 +24,15 @@ void disarm_opencv_directive(std::string& text) {
 
 }  // namespace
 
-YamlValue YamlValue::from_file(const std::filesystem::path& path) {
-  std::string text = read_file(path, kMaxBytes);
+YamlValue YamlValue::from_text(const std::string& file, std::string text) {
   disarm_opencv_directive(text);
   try {
-    YamlValue root(YAML::Load(text), path.string(), "");
+    YamlValue root(YAML::Load(text), file, "");
     root.require_map();
     return root;
   } catch (const YAML::Exception& error) {
-    throw Error(ErrorKind::kInput, fmt::format("{}:{}: is no valid YAML: {}; was the file written completely?",
-                                               path.string(), error.mark.line + 1, error.msg));
+    throw Error(ErrorKind::kInput, fmt::format("{}:{}: is no valid YAML: {}; was the file written completely?", file,
+                                               error.mark.line + 1, error.msg));
   }
 }
 
@@ -77,7 +73,7 @@ double YamlValue::number() const {
 
 int YamlValue::integer() const {
   const auto number = parse_integer(text());
-  if (!number || std::abs(*number) > std::numeric_limits<int>::max()) {
+  if (!number || !std::in_range<int>(*number)) {
     fail(fmt::format("'{}' is no whole number; correct it", text()));
   }
   return static_cast<int>(*number);

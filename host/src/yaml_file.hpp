@@ -3,19 +3,22 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <filesystem>
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace cylpose {
 
+/// Calibrations and part lists have a few hundred bytes; more is another kind of file given by mistake.
+inline constexpr std::size_t kMaxYamlBytes = 1 << 20;
+
 /// A node of a YAML file together with where it stands. All members throw Error(kInput).
 class YamlValue {
  public:
-  /// Reads the file: standard YAML, or what OpenCV's FileStorage writes (its first line `%YAML:1.0` is no YAML
-  /// directive; tags like `!!opencv-matrix` are ignored).
-  [[nodiscard]] static YamlValue from_file(const std::filesystem::path& path);
+  /// The file's text: standard YAML, or what OpenCV's FileStorage writes (its first line `%YAML:1.0` is no YAML
+  /// directive; tags like `!!opencv-matrix` are ignored). `file` is its name in messages.
+  [[nodiscard]] static YamlValue from_text(const std::string& file, std::string text);
 
   [[nodiscard]] bool has(const std::string& key) const;
   [[nodiscard]] YamlValue at(const std::string& key) const;  ///< refuses a missing key

@@ -1,6 +1,7 @@
 // The command on OpenCL devices.
 #include <gmock/gmock.h>
 
+#include <cstdlib>
 #include <string>
 
 #include "scene.hpp"
@@ -13,6 +14,7 @@ using testing::HasSubstr;
 using OpenclCommand = SceneTest;
 
 constexpr int kUnusableInput = 2;
+constexpr int kDeviceMissing = 4;
 
 TEST_F(OpenclCommand, DevicesListsThemWithWhatMattersAndTheChoice) {
   const CommandResult result = run({"devices"});
@@ -31,6 +33,46 @@ TEST_F(OpenclCommand, EstimatesTheVerySamePosesAndTimesTheKernels) {
   for (const char* stage : {"\ngate ", "\nopening ", "\nedges ", "\nlocate "}) {
     EXPECT_THAT(opencl.err, HasSubstr(stage));
   }
+}
+
+// Sets a variable for the commands that a test starts.
+class ScopedVariable {
+ public:
+  ScopedVariable(const char* name, const char* value) : name_(name) { setenv(name, value, 1); }
+  ~ScopedVariable() { unsetenv(name_); }
+  ScopedVariable(const ScopedVariable&) = delete;
+  ScopedVariable& operator=(const ScopedVariable&) = delete;
+
+ private:
+  const char* name_;
+};
+
+TEST_F(OpenclCommand, IsTheDefaultWhereThereIsADevice) {
+  write_frames(1);
+  const CommandResult result = estimate({path("frames"), "--timing"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("\nopening ")) << "the kernels' times";
+}
+
+TEST_F(OpenclCommand, WithoutAnyDeviceSerialDoesItAndTheUserIsToldOnce) {
+  write_frames(2);
+  const CommandResult with_device = estimate({path("frames")});
+  const ScopedVariable no_drivers("OCL_ICD_VENDORS", path("no-drivers").c_str());
+  const CommandResult without = estimate({path("frames")});
+  ASSERT_EQ(without.exit_code, 0) << without.err;
+  EXPECT_EQ(without.out, with_device.out);
+  const std::string note = "no usable OpenCL device found; the serial backend";
+  EXPECT_THAT(without.err, HasSubstr(note));
+  EXPECT_EQ(without.err.find(note), without.err.rfind(note));
+  EXPECT_EQ(estimate({path("frames"), "--backend", "opencl"}).exit_code, kDeviceMissing);
+}
+
+TEST_F(OpenclCommand, ADeviceThatTheEnvironmentAsksForMustExist) {
+  write_frames(1);
+  const ScopedVariable device("CYLPOSE_DEVICE", "abacus");
+  const CommandResult result = estimate({path("frames")});
+  EXPECT_EQ(result.exit_code, kUnusableInput);
+  EXPECT_THAT(result.err, AllOf(HasSubstr("'abacus'"), HasSubstr("CYLPOSE_DEVICE")));
 }
 
 TEST_F(OpenclCommand, ADeviceThatIsNotThereOrHasNoUseIsRefused) {

@@ -95,7 +95,28 @@ TEST_P(ScenarioTest, DefaultIsRightAndNoWorseThanTheThesis) {
   EXPECT_LT(ours.median_m(), expected_median_m(scenario.name));
 }
 
-TEST_P(ScenarioTest, BackendsAgree) {
+TEST_P(ScenarioTest, OpenclIsSerialBitForBit) {
+  const auto known = backends();
+  if (std::ranges::none_of(known, [](const BackendInfo& info) { return info.name == "opencl"; })) {
+    GTEST_SKIP() << "built without OpenCL";
+  }
+  const auto serial = make_backend("serial");
+  const auto opencl = make_backend("opencl");
+  DetectOptions options;
+  options.transfer = scenario.camera.transfer;
+  options.with_mask = true;
+  for (const Frame& frame : render_frames(scenario, 2)) {
+    const ImageView image = view_of(frame.image);
+    const PartEdges a = serial->detect(image, image.bounds(), scenario.parts, options).parts.at(0);
+    const PartEdges b = opencl->detect(image, image.bounds(), scenario.parts, options).parts.at(0);
+    EXPECT_GT(a.edges.size(), 100U);
+    EXPECT_EQ(a.edges, b.edges);
+    EXPECT_EQ(a.region, b.region);
+    EXPECT_EQ(a.mask.pixels, b.mask.pixels);
+  }
+}
+
+TEST_P(ScenarioTest, OpencvAgreesWithSerial) {
   const auto serial = make_backend("serial");
   const auto opencv = make_backend("opencv");
   DetectOptions options;

@@ -151,9 +151,22 @@ TEST_F(CameraFile, RefusesAnUncalibratedCamera) {
   EXPECT_THAT(refusal(changed("[500.5, 0,", "[-3, 0,")), HasSubstr("negative"));
 }
 
+TEST_F(CameraFile, RefusesNestingBeyondReason) {
+  // Deep enough that a parser that calls itself per level without counting would run out of stack.
+  for (const std::string level : {"[", "{a: ", "- ", "? ", "[\n"}) {
+    std::string nested = "image_width: 640\nextra:\n ";
+    for (int i = 0; i < 100'000; ++i) nested += level;
+    EXPECT_THAT(refusal(nested), HasSubstr("no valid YAML")) << level;
+  }
+}
+
 TEST_F(CameraFile, RefusalsNameLineKeyAndValue) {
   EXPECT_THAT(refusal(changed("image_width: 640", "image_width: wide")),
               HasSubstr("camera.yaml:1: image_width: 'wide' is no whole number"));
+  for (const char* beyond_int : {"2147483648", "-9223372036854775808", "9223372036854775808"}) {
+    EXPECT_THAT(refusal(changed("image_width: 640", std::string("image_width: ") + beyond_int)),
+                HasSubstr("is no whole number"));
+  }
   EXPECT_THAT(refusal(changed("image_width: 640\n", "")), HasSubstr("the key 'image_width' is missing"));
   EXPECT_THAT(refusal(changed("640", "-640")), HasSubstr("-640 x 480"));
   EXPECT_THAT(refusal(changed("640", "99999999999999")), HasSubstr("99999999999999"));

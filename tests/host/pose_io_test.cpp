@@ -222,6 +222,14 @@ TEST_F(PoseFile, JsonLinesRefusalsNameTheLine) {
               HasSubstr("axis is [0,1]; expected three numbers"));
 }
 
+TEST_F(PoseFile, JsonLinesNestedBeyondReasonAreRefused) {
+  // Deep enough that one call per level would run out of stack.
+  const std::string nested = std::string(200'000, '[') + std::string(200'000, ']');
+  EXPECT_THAT(poses_refusal(R"({"frame":)" + nested + "}"), HasSubstr("file.csv:1: is nested deeper than"));
+  EXPECT_THAT(poses_refusal(R"({"frame":0,"timestamp_s":0,"part":"a","status":"ok","axis":)" + nested + "}"),
+              HasSubstr("file.csv:1: is nested deeper than"));
+}
+
 TEST(PoseFormatName, OnlyTheThreeFormatsAreKnown) {
   EXPECT_EQ(pose_format_from("csv"), PoseFormat::kCsv);
   EXPECT_EQ(pose_format_from("jsonl"), PoseFormat::kJsonl);

@@ -25,6 +25,9 @@ using Chain = std::vector<int>;
 /// The located edge of each pixel, undistorted.
 [[nodiscard]] std::vector<EdgePoint> edge_points(const CameraModel& camera, std::span<const EdgePixel> edges);
 
+/// Every n-th of the points, n the smallest that leaves at most `at_most`: enough for a first look.
+[[nodiscard]] std::vector<EdgePoint> thinned(std::span<const EdgePoint> points, std::size_t at_most);
+
 /// Follows neighbouring edge pixels from the top row down (thesis algorithm 5.1), straight on where there is a choice,
 /// in both directions from where it starts. Every pixel is in one chain at most; chains shorter than `min_length`
 /// pixels are left out. `edges` in row-major order, as backends deliver them.

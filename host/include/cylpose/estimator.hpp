@@ -47,8 +47,9 @@ void require_calibrated_size(const CameraModel& camera, const ImageView& image);
 [[nodiscard]] std::vector<std::string> method_names();
 
 /// Makes an estimator by the name of its method. `backend` names the backend of the per-pixel stages; empty means the
-/// method's own choice (`default`: serial). The thesis's method is defined on OpenCV and takes no other.
-/// Throws Error(kInput) for unknown names, an invalid camera or invalid parts.
+/// method's own choice (`default`: OpenCL where a device works, else serial; see make_default_backend). The thesis's
+/// method is defined on OpenCV and takes no other. Throws Error(kInput) for unknown names, an invalid camera or invalid
+/// parts.
 [[nodiscard]] std::unique_ptr<Estimator> make_estimator(std::string_view method, const CameraModel& camera,
                                                         const std::vector<PartModel>& parts,
                                                         std::string_view backend = {});

@@ -25,7 +25,7 @@ struct CheckOptions {
   double max_rms_px = 0.8;
   /// Where one base is hidden (seen less than `min_side_seen`), the other one's curvature is all that tells the part's
   /// side from the edge of an occluder that lies along it: root mean square distance of that base's points in pixels.
-  double max_lone_base_rms_px = 0.4;
+  double max_lone_base_rms_px = 0.45;
   /// Share of the edge points inside the outline's band that support it. What an occluder or a second object of the
   /// colour contributes lowers it. Range 0..1.
   double min_explained = 0.4;

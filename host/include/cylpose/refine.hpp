@@ -20,7 +20,8 @@ struct RefineOptions {
   double first_gate_px = 6;
   /// The same in the last rounds: what is farther away is not part of the outline.
   double final_gate_px = 1.5;
-  /// Rounds of matching and solving at most; they end when the outline moves less than 0.002 px.
+  /// Rounds of matching and solving on a part of the points at most; they end when the outline moves less than 0.002
+  /// px. One more with all points follows.
   int rounds = 8;
   /// Standard deviation, in pixels, of what all edge points of one side or base have in common (shading, blur): it does
   /// not average out over the points and bounds the covariance from below.

@@ -1,0 +1,11 @@
+#include <sstream>
+
+#include "text_readers.hpp"
+#include "valid_rows.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace cylpose;
+  std::istringstream lines(fuzz::text_of(data, size));
+  fuzz::read_or_refuse([&] { fuzz::require_valid(poses_from_jsonl("file", lines)); });
+  return 0;
+}
