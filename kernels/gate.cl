@@ -14,23 +14,31 @@
 #define CYL_SPAN_WORDS 512
 #endif
 
-// 0xFF where a pixel is in the gate, else 0.
-CYL_INLINE uchar16 in_gate(const KernelGate* gate, const Colors* colors) {
+// All ones where a pixel is bright and saturated enough, else 0.
+CYL_INLINE short16 vivid(const KernelGate* gate, const Colors* colors) {
 #if CYL_CHANNELS == 1
-  return as_uchar16(colors->red >= (uchar16)(uchar)gate->value);
+  return convert_short16(colors->red) >= (short)gate->value;
 #else
   const uchar16 high = max(max(colors->red, colors->green), colors->blue);
   const uchar16 low = min(min(colors->red, colors->green), colors->blue);
+  const ushort16 wide_high = convert_ushort16(high);
+  const short16 saturated = (convert_ushort16(high - low) << (ushort)8) >= (ushort)gate->saturation_256 * wide_high;
+  const short16 bright = wide_high >= (ushort)gate->value;
+  return saturated & bright;
+#endif
+}
+
+// 0xFF where a vivid pixel has a hue of the range, else 0.
+CYL_INLINE uchar16 of_hue(const KernelGate* gate, const Colors* colors, short16 is_vivid) {
+#if CYL_CHANNELS == 1
+  return convert_uchar16(as_ushort16(is_vivid));
+#else
   const short16 rg = convert_short16(colors->red) - convert_short16(colors->green);
   const short16 bg = convert_short16(colors->blue) - convert_short16(colors->green);
   const short16 a = (short)gate->a_r * rg + (short)gate->a_b * bg + (short)gate->bias;
   const short16 b = (short)gate->b_r * rg + (short)gate->b_b * bg + (short)gate->bias;
   const short16 hue = ((a | b) >= (short)0) ^ (short)-gate->invert;
-  const ushort16 wide_high = convert_ushort16(high);
-  const short16 saturated =
-      (convert_ushort16(high - low) << (ushort)8) >= (ushort)gate->saturation_256 * wide_high;
-  const short16 bright = wide_high >= (ushort)gate->value;
-  return convert_uchar16(as_ushort16(hue & saturated & bright));
+  return convert_uchar16(as_ushort16(hue & is_vivid));
 #endif
 }
 
@@ -48,9 +56,16 @@ typedef struct {
   Colors c3;
 } WordColors;
 
+// Most of most frames is too grey or too dark for a part: there the hue is not looked at.
 CYL_INLINE ulong gated_word(const KernelGate* gate, const WordColors* colors) {
-  return packed(in_gate(gate, &colors->c0), in_gate(gate, &colors->c1), in_gate(gate, &colors->c2),
-                in_gate(gate, &colors->c3));
+  const short16 v0 = vivid(gate, &colors->c0);
+  const short16 v1 = vivid(gate, &colors->c1);
+  const short16 v2 = vivid(gate, &colors->c2);
+  const short16 v3 = vivid(gate, &colors->c3);
+  const ulong4 any = as_ulong4(v0 | v1 | v2 | v3);
+  if (((any.x | any.y) | (any.z | any.w)) == 0) return 0;
+  return packed(of_hue(gate, &colors->c0, v0), of_hue(gate, &colors->c1, v1), of_hue(gate, &colors->c2, v2),
+                of_hue(gate, &colors->c3, v3));
 }
 
 CYL_KERNEL void gate(const global uchar* image, const KernelFrame frame, const global KernelGate* gates,

@@ -256,5 +256,11 @@ TEST_P(Differential, MoreEdgesThanExpected) {
   compare(image.view(), {10, 10, 20, 20}, {}, part);
 }
 
+TEST_P(Differential, MoreLightThanHalfASumHolds) {
+  // Red of code 220 is light 47000 of 65535, twice an edge: beyond 46,000 edges the low 32 bits overflow.
+  const TestImage image = drawn(1200, 600, [](int x, int) { return x % 16 < 8; });
+  EXPECT_GT(compare(image.view(), image.view().bounds(), {}, {four_parts()[0]}).edges, 60'000U);
+}
+
 }  // namespace
 }  // namespace cylpose
