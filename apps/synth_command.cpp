@@ -77,17 +77,22 @@ void synthesize(const SynthArguments& arguments) {
 }  // namespace
 
 void add_synth_command(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("synth", "Render a synthetic sequence with exact truth");
+  CLI::App* command = app.add_subcommand("synth", "Render a synthetic sequence with exact truth.");
   const auto arguments = std::make_shared<SynthArguments>();
   CLI::Option* list = command->add_flag("--list", arguments->list, "Print the scenarios and leave");
-  CLI::Option* name = command->add_option("scenario", arguments->scenario, "Name of the scenario (--list shows them)");
-  CLI::Option* output = command->add_option("-o,--output", arguments->output,
-                                            "Folder for frame_0000.png ..., truth.csv, camera.yaml, parts.yaml");
-  command->add_option("--frames", arguments->frames,
-                      "Number of frames; the motion stays the same, only its steps change");
-  command->add_option("--noise", arguments->noise, "Sigma of the noise in code values 0..255");
-  command->add_option("--blur", arguments->blur, "Sigma of the blur in pixels");
-  command->add_option("--seed", arguments->seed, "Seed of the noise")->capture_default_str();
+  CLI::Option* name = command->add_option("SCENARIO", arguments->scenario, "Name of the scenario (--list shows them)")
+                          ->type_name("NAME");
+  CLI::Option* output = command
+                            ->add_option("-o,--output", arguments->output,
+                                         "Folder for frame_0000.png ..., truth.csv, camera.yaml, parts.yaml")
+                            ->type_name("DIR");
+  command
+      ->add_option("--frames", arguments->frames, "Number of frames; the motion stays the same, only its steps change")
+      ->type_name("N");
+  command->add_option("--noise", arguments->noise, "Sigma of the noise in code values 0..255")->type_name("SIGMA");
+  command->add_option("--blur", arguments->blur, "Sigma of the blur in pixels")->type_name("SIGMA");
+  command->add_option("--seed", arguments->seed, fmt::format("Seed of the noise (default: {})", arguments->seed))
+      ->type_name("N");
   command->add_flag("--video", arguments->video,
                     "Also write video.mp4 (MPEG-4), or video.avi (Motion JPEG) without that");
   command->callback([=] {
