@@ -20,8 +20,10 @@ constexpr double kMinEdgeSigmaPx = 0.02;
 // A round that moves the outline by less than this ends the refinement.
 constexpr double kConvergedPx = 0.002;
 
-// All rounds but the last only have to come near: they need no more points than this.
+// The first rounds only have to come near: they need no more points than this.
 constexpr std::size_t kPointsToComeNear = 250;
+// So near to the end the second round with all points moves hardly anything, and the third nothing.
+constexpr int kRoundsWithAll = 3;
 
 struct MatchedPoint {
   OutlineMatch match;
@@ -237,8 +239,11 @@ std::optional<RefinedPose> refine(const CameraModel& camera, const PartModel& pa
     if (gate_px <= options.final_gate_px && *moved_px < kConvergedPx) break;
     gate_px = std::max(options.final_gate_px, gate_px / 2);
   }
-  // So near to the end one step with all points is exact.
-  if (!refinement.solve(points, options.final_gate_px)) return std::nullopt;
+  for (int round = 0; round < kRoundsWithAll; ++round) {
+    const auto moved_px = refinement.solve(points, options.final_gate_px);
+    if (!moved_px) return std::nullopt;
+    if (*moved_px < kConvergedPx) break;
+  }
   return refinement.result(points, options);
 }
 

@@ -21,7 +21,7 @@ struct RefineOptions {
   /// The same in the last rounds: what is farther away is not part of the outline.
   double final_gate_px = 1.5;
   /// Rounds of matching and solving on a part of the points at most; they end when the outline moves less than 0.002
-  /// px. One more with all points follows.
+  /// px. Up to three with all points follow.
   int rounds = 8;
   /// Standard deviation, in pixels, of what all edge points of one side or base have in common (shading, blur): it does
   /// not average out over the points and bounds the covariance from below.
