@@ -36,6 +36,7 @@ Kernel kernel_of(cl_program program, const char* name, std::string_view device) 
 template <typename... Args>
 void set_arguments(const Kernel& kernel, std::string_view device, const Args&... args) {
   cl_uint index = 0;
+  // NOLINTNEXTLINE(bugprone-sizeof-expression): handles are pointers, and the handle itself is the argument
   (check(clSetKernelArg(kernel.get(), index++, sizeof(Args), &args), "clSetKernelArg", device), ...);
 }
 
