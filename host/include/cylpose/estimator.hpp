@@ -13,7 +13,7 @@
 
 namespace cylpose {
 
-/// What the stages saw of one part, in pixels of the frame; for debug pictures and tests.
+/// What the stages saw of one part, in pixels of the ideal camera (camera.hpp); for debug pictures and tests.
 struct PartTrace {
   Mask mask;
   std::vector<Eigen::Vector2d> edges;                  ///< after hysteresis

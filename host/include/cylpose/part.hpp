@@ -17,7 +17,8 @@ struct PartModel {
   double min_saturation = 0;  ///< HSV saturation, 0..1
   double min_value = 0;       ///< HSV value, 0..1
 
-  /// False, with the reason in `why`, for NaN, sizes not above zero, a hue range of no width, floors outside 0..1.
+  /// False, with the reason in `why`, for NaN, sizes not above zero, a hue range of no width, floors outside 0..1, and
+  /// names with commas, quotes, slashes or control characters (they become cells of CSV files and parts of file names).
   [[nodiscard]] bool is_valid(std::string* why) const;
 };
 
