@@ -77,7 +77,9 @@ void Outline::add_stations(OutlinePiece piece, double from, double to) {
   const Eigen::Vector2d b = ideal_pixel(camera_, point_at(piece, middle));
   const Eigen::Vector2d c = ideal_pixel(camera_, point_at(piece, to));
   const double length = (b - a).norm() + (c - b).norm();
-  const int count = std::clamp(static_cast<int>(length / kStationSpacingPx), kMinStations, kMaxStations);
+  // Compared as numbers: a length may be infinite or NaN where an end lies in the plane of the camera.
+  const double wanted = std::min<double>(length / kStationSpacingPx, kMaxStations);
+  const int count = wanted > kMinStations ? static_cast<int>(wanted) : kMinStations;
   for (int i = 0; i < count; ++i) {
     const double place = from + (to - from) * (i + 0.5) / count;
     stations_.push_back({piece, ideal_pixel(camera_, point_at(piece, place)), place});
