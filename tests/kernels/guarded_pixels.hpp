@@ -20,7 +20,7 @@ class GuardedPixels {
 
   GuardedPixels(const ImageView& image, Touching end) : view_(image) {
     const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-    const std::size_t row_bytes = static_cast<std::size_t>(image.width) * bytes_per_pixel(image.format);
+    const auto row_bytes = static_cast<std::size_t>(image.width * bytes_per_pixel(image.format));
     const std::size_t bytes = static_cast<std::size_t>(image.height - 1) * static_cast<std::size_t>(image.stride) +
                               row_bytes;  // the last row's padding is not there
     const std::size_t inner = (bytes + page - 1) / page * page;
