@@ -7,7 +7,6 @@
 #include <cylpose/error.hpp>
 #include <cylpose/outline.hpp>
 #include <cylpose/pose_solver.hpp>
-#include <numeric>
 #include <optional>
 
 #include "option_check.hpp"
@@ -26,21 +25,13 @@ constexpr double kClearlyRight = 0.7;
 // Edge points this far inside the outline that do not belong to it are clutter.
 constexpr double kClutterMarginPx = 3;
 
-// Sum over the pieces of the outline.
-template <typename T>
-T total(const std::array<T, kOutlinePieces>& per_piece) {
-  return std::accumulate(per_piece.begin(), per_piece.end(), T{});
-}
-
 struct Hypothesis {
   CylinderPose pose;
-  const SidePair* pair;
   int explained;
 };
 
 struct Solution {
   RefinedPose refined;
-  const SidePair* pair;
   double seen;       // share of the whole outline
   double explained;  // share of the edge points in the outline that support it
   double fill;       // coloured pixels per pixel of the outline
@@ -52,8 +43,7 @@ int count_explained(const Outline& outline, std::span<const EdgePoint> points, d
       std::count_if(points.begin(), points.end(), [&](const EdgePoint& p) { return outline.match(p, gate_px); }));
 }
 
-// Share of the region inside the image of the outline's area, from its stations' bounding box: the exact polygon is
-// clipped only where the outline leaves the image.
+// The outline's area inside the image, taken to be the share of its stations that lie there.
 double visible_area(const CameraModel& camera, const Outline& outline) {
   int inside = 0;
   for (const auto& station : outline.stations()) {
@@ -134,7 +124,7 @@ class PartSolver {
       for (const CylinderPose& pose :
            candidate_centers(camera_, part_, pair.axis, points_, field_.region, kMaxCandidatesPerPair)) {
         if (const auto outline = Outline::of(camera_, part_, pose)) {
-          hypotheses.push_back({pose, &pair, count_explained(*outline, few, options_.refine.first_gate_px)});
+          hypotheses.push_back({pose, count_explained(*outline, few, options_.refine.first_gate_px)});
         }
       }
     }
@@ -158,12 +148,14 @@ class PartSolver {
       }
     }
     double hits = 0;
+    int stations = 0;
     for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
       hits += pose->piece_seen[piece] * pose->piece_stations[piece];
+      stations += pose->piece_stations[piece];
     }
     const double area = visible_area(camera_, *outline);
-    Solution solution{*pose, hypothesis.pair, 0, 0, 0, outline->sides()};
-    solution.seen = hits / std::max(1, total(pose->piece_stations));
+    Solution solution{*pose, 0, 0, 0, outline->sides()};
+    solution.seen = hits / std::max(1, stations);
     solution.explained = static_cast<double>(pose->support) / (pose->support + clutter);
     solution.fill = area > 0 ? static_cast<double>(field_.region.m00) / area : 0;
     return solution;
