@@ -65,11 +65,13 @@ typedef struct {
   CylI32 b_b;
   CylI32 bias;            // 0 or -1
   CylI32 invert;          // 0 or 1
-  CylI32 any_hue;         // response: 1 for max - min or max, 0 for the projection on the mid hue
+  CylI32 any_hue;         // response: 1 for max - min or max, 0 for the share of the mid hue
   CylI32 saturation_256;  // floor of (max - min) / max, 0..256
   CylI32 value;           // floor of max, 0..255
   CylI32 response_r;
   CylI32 response_b;
+  CylI32 aside_r;
+  CylI32 aside_b;
 } KernelGate;
 
 // Start of the result; ColorSum[parts] follows.
@@ -104,7 +106,7 @@ typedef struct {
 } KernelEdge;
 
 #ifndef __OPENCL_VERSION__
-static_assert(sizeof(KernelFrame) == 80 && sizeof(KernelGate) == 44 && sizeof(ResultHeader) == 8);
+static_assert(sizeof(KernelFrame) == 80 && sizeof(KernelGate) == 52 && sizeof(ResultHeader) == 8);
 static_assert(sizeof(ColorSum) == 24 && sizeof(RowStatistics) == 24 && sizeof(KernelEdge) == 12);
 }  // namespace cylpose::opencl
 #endif

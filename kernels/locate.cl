@@ -76,10 +76,31 @@ static Light color_of_part(const global ColorSum* sum) {
   return color;
 }
 
-// A component of the outside's colour without its share along the part's, in 1/64 of a unit of light.
-static int orthogonal(int of_outside, int of_color, long along, long color_squared) {
-  return (int)rounded_quotient((of_outside * color_squared - along * of_color) * 64,
-                               color_squared * CYL_BACKGROUND_PIXELS);
+// The colour direction with what follows from it alone.
+typedef struct {
+  Light direction;
+  long squared;
+  ulong divisor;     // squared * CYL_BACKGROUND_PIXELS
+  ulong reciprocal;  // floor((2^64 - 1) / divisor)
+} PartColor;
+
+static PartColor part_color_of(const global ColorSum* sum) {
+  PartColor color;
+  color.direction = color_of_part(sum);
+  color.squared = dot_light(color.direction, color.direction);
+  color.divisor = max((ulong)color.squared * CYL_BACKGROUND_PIXELS, 1UL);
+  color.reciprocal = ~0UL / color.divisor;
+  return color;
+}
+
+// A component of the outside's colour without its share along the part's, in 1/64 of a unit of light; rounded as by
+// rounded_quotient. The product with the reciprocal is the quotient or one less: numerators are below 2^52.
+static int orthogonal(int of_outside, int of_color, long along, const PartColor* color) {
+  const long numerator = (of_outside * color->squared - along * of_color) * 64;
+  const ulong magnitude = (ulong)(numerator >= 0 ? numerator : -numerator) + color->divisor / 2;
+  ulong quotient = mul_hi(magnitude, color->reciprocal);
+  if (magnitude - quotient * color->divisor >= color->divisor) ++quotient;
+  return numerator >= 0 ? (int)quotient : -(int)quotient;
 }
 
 // Sum over eight pixels from index i on, of which the first `count` are in the window.
@@ -97,7 +118,7 @@ static long clamped_sum(const Profile* profile, int i, int count, Light w, long 
 
 // Where the outside ends on the line, in 1/CYL_SUBPIXEL from the edge pixel inward, judged from `outward` pixels
 // before and `inward` behind the pixel `middle`.
-static int crossing_by_share(const Profile* profile, Light color, int middle, int outward, int inward) {
+static int crossing_by_share(const Profile* profile, const PartColor* color, int middle, int outward, int inward) {
   const int first = middle - outward;
   Light outside = {0, 0, 0};
   for (int k = first - CYL_BACKGROUND_PIXELS; k < first; ++k) {
@@ -106,12 +127,12 @@ static int crossing_by_share(const Profile* profile, Light color, int middle, in
     outside.g += pixel.g;
     outside.b += pixel.b;
   }
-  const long color_squared = dot_light(color, color);
-  const long along = dot_light(outside, color);
+  const Light direction = color->direction;
+  const long along = dot_light(outside, direction);
   Light w;
-  w.r = orthogonal(outside.r, color.r, along, color_squared);
-  w.g = orthogonal(outside.g, color.g, along, color_squared);
-  w.b = orthogonal(outside.b, color.b, along, color_squared);
+  w.r = orthogonal(outside.r, direction.r, along, color);
+  w.g = orthogonal(outside.g, direction.g, along, color);
+  w.b = orthogonal(outside.b, direction.b, along, color);
   const long least_contrast = 300 * 64;
   if (dot_light(w, w) < least_contrast * least_contrast) return CYL_NOT_FOUND;
 
@@ -130,7 +151,7 @@ static int offset_of(const Line* line, int crossing) {
   return offset < -reach || offset > reach ? CYL_NOT_FOUND : offset;
 }
 
-static int offset_by_share(const Profile* profile, const Line* line, Light color) {
+static int offset_by_share(const Profile* profile, const Line* line, const PartColor* color) {
   const int coarse = crossing_by_share(profile, color, 0, pixels_along(line, CYL_OUTWARD),
                                        pixels_along(line, CYL_INWARD));
   if (coarse == CYL_NOT_FOUND || offset_of(line, coarse) == CYL_NOT_FOUND) return CYL_NOT_FOUND;
@@ -171,21 +192,21 @@ CYL_KERNEL void locate_edges(const global uchar* image, const KernelFrame frame,
   const uint count = min(header_of(result)->edges, frame.edge_capacity);
   global KernelEdge* edges = edges_of(result, &frame);
   int part = -1;
-  Light color = {0, 0, 0};
+  PartColor color;
   for (uint i = (uint)get_global_id(0); i < count; i += (uint)get_global_size(0)) {
     const KernelEdge edge = edges[i];
     if (part != edge.kind / 4) {
       part = edge.kind / 4;
-      color = color_of_part(color_sums_of(result) + part);
+      color = part_color_of(color_sums_of(result) + part);
     }
     const Line line = line_through(image, &frame, edge.x - frame.origin_x, edge.y - frame.origin_y, edge.gx, edge.gy,
                                    edge.offset_256);
     Profile profile;
     read_profile(&profile, &line, light);
-    const bool has_color = (color.r | color.g | color.b) != 0;
+    const bool has_color = color.squared != 0;
     const Light white = {CYL_UNIT, CYL_UNIT, CYL_UNIT};
-    int offset = has_color ? offset_by_share(&profile, &line, color) : CYL_NOT_FOUND;
-    if (offset == CYL_NOT_FOUND) offset = offset_by_slope(&profile, &line, has_color ? color : white);
+    int offset = has_color ? offset_by_share(&profile, &line, &color) : CYL_NOT_FOUND;
+    if (offset == CYL_NOT_FOUND) offset = offset_by_slope(&profile, &line, has_color ? color.direction : white);
     edges[i].offset_256 = (short)offset;
   }
   if (get_global_id(0) == 0) header_of(result)->stamp = frame.stamp;

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cylpose/axial.hpp>
-#include <optional>
 
 namespace cylpose {
 namespace {
@@ -22,19 +21,6 @@ double nearest_place(const AxisLine& axis, const Eigen::Vector3d& ray) {
   const Eigen::Vector3d& d = axis.direction_in_cam;
   const double along = ray.dot(d);
   return along * ray.dot(axis.point_in_cam) / (ray.squaredNorm() - along * along);
-}
-
-// The place of the base that `ray` touches; `upper` is the base on the +d side. None when the ray misses the cylinder.
-std::optional<double> place_of_base(const AxisLine& axis, double radius_m, const Eigen::Vector3d& ray, bool upper) {
-  const double along = ray.dot(axis.direction_in_cam);
-  const Eigen::Vector3d across = ray - along * axis.direction_in_cam;
-  const double a = across.squaredNorm();
-  const double b = across.dot(axis.point_in_cam);
-  const double discriminant = b * b - a * (axis.point_in_cam.squaredNorm() - radius_m * radius_m);
-  if (discriminant <= 0 || b <= 0) return std::nullopt;
-  const bool faces_camera = upper ? along < 0 : along > 0;
-  const double t = (b + (faces_camera ? 1 : -1) * std::sqrt(discriminant)) / a;
-  return t * along;
 }
 
 // Centre of mass of the outline's area, in pixels.
@@ -93,6 +79,18 @@ std::vector<Agreement> densest_windows(const std::vector<double>& places, double
 }
 
 }  // namespace
+
+std::optional<double> place_of_base(const AxisLine& axis, double radius_m, const Eigen::Vector3d& ray, bool upper) {
+  const double along = ray.dot(axis.direction_in_cam);
+  const Eigen::Vector3d across = ray - along * axis.direction_in_cam;
+  const double a = across.squaredNorm();
+  const double b = across.dot(axis.point_in_cam);
+  const double discriminant = b * b - a * (axis.point_in_cam.squaredNorm() - radius_m * radius_m);
+  if (discriminant <= 0 || b <= 0) return std::nullopt;
+  const bool faces_camera = upper ? along < 0 : along > 0;
+  const double t = (b + (faces_camera ? 1 : -1) * std::sqrt(discriminant)) / a;
+  return t * along;
+}
 
 std::vector<CylinderPose> candidate_centers(const CameraModel& camera, const PartModel& part, const AxisLine& axis,
                                             std::span<const EdgePoint> points, const RegionStatistics& region,

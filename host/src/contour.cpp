@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cylpose/contour.hpp>
+#include <numbers>
 #include <optional>
 
 namespace cylpose {
@@ -57,7 +58,7 @@ std::optional<int> next_neighbour(int at, Step heading, std::span<const EdgePixe
   for (const int candidate : neighbours[at]) {
     if (visited[static_cast<std::size_t>(candidate)]) continue;
     const Step step = step_between(edges[static_cast<std::size_t>(at)], edges[static_cast<std::size_t>(candidate)]);
-    const double length = std::hypot(step.x, step.y);
+    const double length = step.x != 0 && step.y != 0 ? std::numbers::sqrt2 : 1.0;
     const double score = (step.x * heading.x + step.y * heading.y) / length - 0.1 * length;
     if (!best || score > best_score) {
       best = candidate;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "camera_effects.hpp"
 #include "portable_random.hpp"
 
 // Plain loops instead of OpenCV's filters: those differ in the last bit from one processor to the next, and with them
@@ -17,13 +18,15 @@ namespace {
 
 constexpr double kMaxBlurSigma = 50;  // pixels
 
-// Samples of the Gaussian out to 4 sigma, normalised; the entry [i] belongs to the distance i.
-std::vector<float> half_kernel(double sigma) {
-  const int radius = static_cast<int>(std::ceil(4 * sigma));
+// Samples of the kernel, normalised; the entry [i] belongs to the distance i. The Gaussian goes out to 4 sigma; a box
+// ends between pixels, and counts the last ones by the share that it covers.
+std::vector<float> half_kernel(double sigma, bool box) {
+  const double half_width = box ? std::sqrt(3.0) * sigma : 4 * sigma;
+  const int radius = static_cast<int>(std::ceil(half_width));
   std::vector<double> weights;
   double sum = 0;
   for (int i = 0; i <= radius; ++i) {
-    weights.push_back(std::exp(-i * i / (2 * sigma * sigma)));
+    weights.push_back(box ? std::clamp(half_width + 0.5 - i, 0.0, 1.0) : std::exp(-i * i / (2 * sigma * sigma)));
     sum += (i == 0 ? 1 : 2) * weights.back();
   }
   std::vector<float> kernel(weights.size());
@@ -83,10 +86,11 @@ cv::Mat blurred_columns(const cv::Mat& light, const std::vector<float>& kernel) 
 // Code values 0..255 of light 0..1, from a table: a frame has millions of values, and pow is slow.
 class Coder {
  public:
-  explicit Coder(Transfer transfer) : codes_(kSteps + 2) {
+  Coder(Transfer transfer, bool gamma_2_2) : codes_(kSteps + 2) {
     for (std::size_t i = 0; i < codes_.size(); ++i) {
       const double light = static_cast<double>(i) / kSteps;
-      codes_[i] = static_cast<float>(255 * (transfer == Transfer::kSrgb ? srgb_from_linear(light) : light));
+      const double of_transfer = transfer == Transfer::kSrgb ? srgb_from_linear(light) : light;
+      codes_[i] = static_cast<float>(255 * (gamma_2_2 ? std::pow(light, 1 / 2.2) : of_transfer));
     }
   }
 
@@ -116,7 +120,7 @@ bool DegradeOptions::is_valid(std::string* why) const {
   if (!(noise_sigma >= 0 && noise_sigma <= 255)) {
     return refuse("noise of " + std::to_string(noise_sigma) + " code values is not within 0 to 255");
   }
-  return true;
+  return effects.is_valid(why);
 }
 
 cv::Mat degrade(const cv::Mat& light, const DegradeOptions& options) {
@@ -125,23 +129,32 @@ cv::Mat degrade(const cv::Mat& light, const DegradeOptions& options) {
   if (light.empty() || light.type() != CV_32FC3) {
     throw Error(ErrorKind::kInput, "light must be a picture of three float channels, as render() makes it");
   }
+  const CameraEffects& effects = options.effects;
   cv::Mat blurred = light;
   if (options.blur_sigma_px > 0) {
-    const std::vector<float> kernel = half_kernel(options.blur_sigma_px);
-    blurred = blurred_columns(blurred_rows(light, kernel), kernel);
+    const std::vector<float> kernel = half_kernel(options.blur_sigma_px, effects.blur != BlurKernel::kGaussian);
+    blurred = blurred_rows(light, kernel);
+    if (effects.blur != BlurKernel::kMotion) blurred = blurred_columns(blurred, kernel);
   }
-  const Coder coder(options.transfer);
+  if (effects.vignetting > 0) blurred = vignetted(blurred, effects.vignetting);
+  const Coder coder(options.transfer, effects.gamma_2_2);
   PortableRandom random(options.seed);
+  const bool noise_in_codes = effects.noise == NoiseKind::kGaussian;
+  if (options.noise_sigma > 0 && !noise_in_codes) {
+    blurred = with_noise_in_light(blurred, effects.noise, options.noise_sigma, &random);
+  }
   cv::Mat coded(light.size(), CV_8UC3);
   for (int y = 0; y < coded.rows; ++y) {
     const float* in = blurred.ptr<float>(y);
     std::uint8_t* out = coded.ptr<std::uint8_t>(y);
     for (int i = 0; i < 3 * coded.cols; ++i) {
       double code = static_cast<double>(coder.code_of(in[i]));
-      if (options.noise_sigma > 0) code += options.noise_sigma * random.gaussian();
+      if (options.noise_sigma > 0 && noise_in_codes) code += options.noise_sigma * random.gaussian();
       out[i] = static_cast<std::uint8_t>(std::clamp(code + 0.5, 0.0, 255.0));
     }
   }
+  if (effects.sharpening > 0) coded = sharpened(coded, effects.sharpening);
+  if (effects.chroma_420) coded = with_chroma_420(coded);
   return coded;
 }
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cylpose/error.hpp>
+#include <cylpose/frame_pool.hpp>
 #include <cylpose/frame_source.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -32,7 +33,7 @@ class ImageSource final : public FrameSource {
     frame.timestamp_s = static_cast<double>(next_) / fps_;
     frame.name = file.string();
     try {
-      frame.image = read_image_file(file);
+      frame.image = pool_.filled([&](cv::Mat& image) { read_image_file(file, image); });
     } catch (const Error& error) {
       frame.error = error.what();
     }
@@ -47,6 +48,7 @@ class ImageSource final : public FrameSource {
  private:
   std::vector<fs::path> files_;
   double fps_;
+  FramePool pool_;
   std::size_t next_ = 0;
 };
 
@@ -75,7 +77,8 @@ class VideoSource final : public FrameSource {
 
   std::optional<Frame> next() override {
     Frame frame;
-    if (!capture_.read(frame.image)) {
+    frame.image = pool_.filled([this](cv::Mat& image) { capture_.read(image); });
+    if (frame.image.empty()) {
       if (delivered_ == 0) {
         throw Error(ErrorKind::kInput, fmt::format("{}: not one frame can be decoded; is the video whole?", name_));
       }
@@ -100,6 +103,7 @@ class VideoSource final : public FrameSource {
 
  private:
   std::string name_;
+  FramePool pool_;
   cv::VideoCapture capture_;
   double fps_ = 0;
   std::optional<std::int64_t> expected_;
@@ -121,7 +125,8 @@ class CameraSource final : public FrameSource {
 
   std::optional<Frame> next() override {
     Frame frame;
-    if (!capture_.read(frame.image)) {
+    frame.image = pool_.filled([this](cv::Mat& image) { capture_.read(image); });
+    if (frame.image.empty()) {
       throw Error(ErrorKind::kDevice,
                   fmt::format("{}: the camera gives no more frames after {}; was it disconnected?", name_, delivered_));
     }
@@ -139,6 +144,7 @@ class CameraSource final : public FrameSource {
 
  private:
   std::string name_;
+  FramePool pool_;
   cv::VideoCapture capture_;
   double fps_ = 0;
   std::chrono::steady_clock::time_point start_;
@@ -265,6 +271,30 @@ std::unique_ptr<FrameSource> open_frames(const std::vector<std::string>& inputs,
   SourceList list(options);
   for (const std::string& input : inputs) list.add(input);
   return list.finished();
+}
+
+std::vector<std::string> image_files(const std::vector<std::string>& inputs) {
+  std::vector<std::string> files;
+  const auto add = [&](const std::vector<fs::path>& found) {
+    for (const fs::path& file : found) files.push_back(file.string());
+  };
+  for (const std::string& input : inputs) {
+    if (fs::is_directory(input)) {
+      add(images_in_folder(input));
+    } else if (fs::is_regular_file(input)) {
+      if (!cv::haveImageReader(input)) {
+        throw Error(ErrorKind::kInput, input + ": no image file; write a video's frames to image files first");
+      }
+      add({input});
+    } else if (is_printf_pattern(input)) {
+      add(files_of_printf_pattern(input));
+    } else if (is_glob(input)) {
+      add(files_of_glob(input));
+    } else {
+      throw Error(ErrorKind::kInput, input + ": no such image file, folder or pattern");
+    }
+  }
+  return files;
 }
 
 }  // namespace cylpose

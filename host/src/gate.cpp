@@ -1,6 +1,7 @@
 #include <array>
 #include <cmath>
 #include <cylpose/gate.hpp>
+#include <numbers>
 
 namespace cylpose {
 namespace {
@@ -89,6 +90,12 @@ ColorGate make_gate(const PartModel& part) {
   const double scale = kScale * full / (red * red + green * green + blue * blue);
   gate.response_r = static_cast<int>(std::lround(red * scale));
   gate.response_b = static_cast<int>(std::lround(blue * scale));
+  // (1,1,1) x (c - mean(c)) / sqrt(3) is perpendicular to it among the colours without grey, and as long.
+  constexpr double kBeyondRangeDeg = 20;
+  const double none_from_deg = std::clamp(width / 2 + kBeyondRangeDeg, 35.0, 90.0);
+  const double aside_scale = scale / std::tan(none_from_deg * std::numbers::pi / 180) / std::numbers::sqrt3;
+  gate.aside_r = static_cast<int>(std::lround((blue - green) * aside_scale));
+  gate.aside_b = static_cast<int>(std::lround((green - red) * aside_scale));
   return gate;
 }
 

@@ -37,16 +37,15 @@ bool jpeg_is_whole(std::string_view bytes) {
 
 }  // namespace
 
-cv::Mat read_image_file(const std::filesystem::path& path) {
+void read_image_file(const std::filesystem::path& path, cv::Mat& image) {
   const std::string bytes = read_file(path, kMaxBytes);
   if (bytes.starts_with("\xFF\xD8") && !jpeg_is_whole(bytes)) {
     throw Error(ErrorKind::kInput,
                 fmt::format("{}: the JPEG is cut short after {} bytes; copy it again", path.string(), bytes.size()));
   }
   const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
-  cv::Mat image;
   try {
-    image = cv::imdecode(encoded, cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
+    cv::imdecode(encoded, cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH, &image);
   } catch (const cv::Exception& error) {
     throw Error(ErrorKind::kInput, fmt::format("{}: cannot be decoded: {}", path.string(), error.err));
   }
@@ -59,7 +58,6 @@ cv::Mat read_image_file(const std::filesystem::path& path) {
     throw Error(ErrorKind::kInput,
                 fmt::format("{}: has floating-point pixels; convert it to 8 or 16 bits", path.string()));
   }
-  return image;
 }
 
 bool has_image_extension(const std::filesystem::path& path) {

@@ -152,14 +152,14 @@ class Profile {
   std::array<Light, 2 * kFarthest + kBackgroundPixels + 1> pixels_;
 };
 
-// The part's colour direction, largest component kUnit: mean over the inner sides of the edges. None in a grey image,
-// or where no pixel shows the colour.
+// The part's colour direction, largest component kUnit: mean over the inner sides of the strong edges (weak ones are
+// often a background's). None in a grey image, or where no pixel shows the colour.
 std::optional<Light> part_color(const ImageView& image, const LinearImage& light, const ColorGate& gate,
                                 const std::vector<EdgePixel>& edges) {
   if (image.format == PixelFormat::kGray8) return std::nullopt;
   Light sum;
   for (const EdgePixel& edge : edges) {
-    if (!has_normal(edge)) continue;
+    if (!has_normal(edge) || edge.strength != EdgeStrength::kStrong) continue;
     const Line line(edge);
     for (const int k : {line.pixels(kInward), line.pixels(kInward) + 1}) {
       if (light.shows_part(line.x(k), line.y(k), gate)) sum += light.at(line.x(k), line.y(k));

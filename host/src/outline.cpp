@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cylpose/outline.hpp>
+#include <numbers>
 
 namespace cylpose {
 namespace {
@@ -12,9 +13,22 @@ constexpr int kMaxStations = 96;
 // An edge point belongs to a piece of the outline only if their normals differ by less than this (cosine of 37
 // degrees).
 constexpr double kMinNormalCosine = 0.8;
+// The foot point on an arc is found in steps along the tangent; after a step shorter than this the distance is exact to
+// 0.001 px.
+constexpr double kFootPointStepPx = 0.2;
+constexpr int kMaxFootPointSteps = 4;
 
 Eigen::Vector2d perpendicular(const Eigen::Vector2d& v) {
   return {-v.y(), v.x()};
+}
+
+// On the unit circle: the sum of two angles.
+Eigen::Vector2d turned(const Eigen::Vector2d& by, const Eigen::Vector2d& v) {
+  return {by.x() * v.x() - by.y() * v.y(), by.y() * v.x() + by.x() * v.y()};
+}
+
+Eigen::Vector2d unit_vector(double angle) {
+  return {std::cos(angle), std::sin(angle)};
 }
 
 ImageLine line_through(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& inside) {
@@ -25,6 +39,35 @@ ImageLine line_through(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const
 
 }  // namespace
 
+Outline::CircleImage::Place Outline::CircleImage::at(const Eigen::Vector2d& on_circle) const {
+  const Eigen::Vector2d ahead = perpendicular(on_circle);
+  const double scale = 1 / (1 + w.dot(on_circle));
+  const Eigen::Vector2d offset = scale * (on_circle.x() * by_cosine + on_circle.y() * by_sine);
+  return {middle + offset, scale * (ahead.x() * by_cosine + ahead.y() * by_sine - w.dot(ahead) * offset)};
+}
+
+// Cosine and sine of an angle near the foot point's, exact for points on the ellipse. Across a flat one, whose long
+// axis is nearly by_sine, the place along that axis tells more than the direction from the middle.
+Eigen::Vector2d Outline::CircleImage::first_guess(const Eigen::Vector2d& position_px, double max_distance_px,
+                                                  double cosine_sign) const {
+  const Eigen::Vector2d offset = position_px - middle;
+  const Eigen::Vector2d along = by_sine - w.y() * offset;
+  const Eigen::Vector2d toward = by_cosine - w.x() * offset;
+  const double per_sine = 1 / along.squaredNorm();
+  const double sine = offset.dot(along) * per_sine;
+  const double shear = toward.dot(along) * per_sine;
+  const Eigen::Vector2d across = toward - shear * along;
+  const double across_squared = across.squaredNorm();
+  const double flat = 2 * max_distance_px;
+  if (across_squared > flat * flat) {
+    const double cosine = offset.dot(across) / across_squared;
+    const Eigen::Vector2d direction(cosine, sine - cosine * shear);
+    if (direction.squaredNorm() > 0) return direction.normalized();
+  }
+  const double cut = std::clamp(sine, -1.0, 1.0);
+  return {cosine_sign * std::sqrt(1 - cut * cut), cut};
+}
+
 std::optional<Outline> Outline::of(const CameraModel& camera, const PartModel& part, const CylinderPose& pose) {
   const auto arcs = outline_arcs(pose, part.radius_m, part.height_m);
   if (!arcs) return std::nullopt;
@@ -32,142 +75,170 @@ std::optional<Outline> Outline::of(const CameraModel& camera, const PartModel& p
 }
 
 Outline::Outline(const CameraModel& camera, const PartModel& part, const CylinderPose& pose, const OutlineArcs& arcs)
-    : camera_(camera), radius_m_(part.radius_m), height_m_(part.height_m), pose_(pose), arcs_(arcs) {
-  const Eigen::Vector2d middle = ideal_pixel(camera_, pose.center_in_cam);
-  const Eigen::Vector3d half_axis = pose.axis_in_cam * (height_m_ / 2);
+    : radius_m_(part.radius_m), arcs_(arcs) {
+  const Eigen::Vector2d middle = ideal_pixel(camera, pose.center_in_cam);
+  const Eigen::Vector3d axis = pose.axis_in_cam * part.height_m;
   for (const std::size_t side : {0U, 1U}) {
     // Arc 0 starts at side 1 and ends at side 0 (angles -+touch); arc 1 the other way round.
-    touch_[side] = arcs.point(0, arcs.start[0] + (side == 0 ? arcs.span[0] : 0), radius_m_) + half_axis;
-    sides_[side] = line_through(ideal_pixel(camera_, touch_[side] - half_axis),
-                                ideal_pixel(camera_, touch_[side] + half_axis), middle);
+    side_ends_[side][0] = arcs.point(0, arcs.start[0] + (side == 0 ? arcs.span[0] : 0), radius_m_);
+    side_ends_[side][1] = side_ends_[side][0] + axis;
+    const Eigen::Vector2d from = ideal_pixel(camera, side_ends_[side][0]);
+    const Eigen::Vector2d to = ideal_pixel(camera, side_ends_[side][1]);
+    sides_[side] = line_through(from, to, middle);
+    side_from_[side] = from;
+    side_along_[side] = (to - from) / (to - from).squaredNorm();
   }
   for (const std::size_t base : {0U, 1U}) {
-    const double outward = base == 0 ? -1 : 1;
-    chords_[base] = line_through(ideal_pixel(camera_, touch_[0] + outward * half_axis),
-                                 ideal_pixel(camera_, touch_[1] + outward * half_axis),
-                                 ideal_pixel(camera_, pose.center_in_cam - outward * half_axis));
+    circles_[base] = image_of_circle(camera, base);
+    arc_middle_[base] = unit_vector(arcs.start[base] + arcs.span[base] / 2);
+    arc_half_[base] = unit_vector(std::abs(arcs.span[base]) / 2);
+    // Beyond the arc is outside. (The other base's centre is no guide: along the axis it lies on the arc's side.)
+    const Eigen::Vector2d from = ideal_pixel(camera, side_ends_[0][base]);
+    const Eigen::Vector2d to = ideal_pixel(camera, side_ends_[1][base]);
+    chords_[base] = line_through(from, to, from + to - circles_[base].at(arc_middle_[base]).position);
+    arc_turn_[base] =
+        perpendicular(circles_[base].at(arc_middle_[base]).tangent).dot(chords_[base].normal) > 0 ? 1 : -1;
   }
-  for (const int base : {0, 1}) {
-    const auto b = static_cast<std::size_t>(base);
-    const Eigen::Vector2d tangent = arc_tangent(base, arcs.start[b] + arcs.span[b] / 2);
-    arc_turn_[b] = perpendicular(tangent).dot(chords_[b].normal) > 0 ? 1 : -1;
-  }
-  first_station_[0] = 0;
-  add_stations(kSide0, -height_m_ / 2, height_m_ / 2);
-  add_stations(kSide1, -height_m_ / 2, height_m_ / 2);
-  add_stations(kBase0, arcs.start[0], arcs.start[0] + arcs.span[0]);
-  add_stations(kBase1, arcs.start[1], arcs.start[1] + arcs.span[1]);
+  count_stations();
 }
 
-Eigen::Vector3d Outline::point_at(OutlinePiece piece, double place) const {
-  if (piece == kSide0 || piece == kSide1) return touch_[piece] + place * pose_.axis_in_cam;
-  return arcs_.point(piece == kBase0 ? 0 : 1, place, radius_m_);
+Outline::CircleImage Outline::image_of_circle(const CameraModel& camera, std::size_t base) const {
+  const Eigen::Vector3d& center = arcs_.centers[base];
+  const Eigen::Vector2d middle = center.head<2>() / center.z();
+  const Eigen::Array2d focal(camera.fx, camera.fy);
+  const auto change = [&](const Eigen::Vector3d& by) -> Eigen::Vector2d {
+    return (radius_m_ / center.z() * (by.head<2>() - middle * by.z()).array() * focal).matrix();
+  };
+  return {ideal_pixel(camera, center), change(arcs_.toward), change(arcs_.across),
+          radius_m_ / center.z() * Eigen::Vector2d(arcs_.toward.z(), arcs_.across.z())};
 }
 
-Eigen::Vector2d Outline::arc_tangent(int base, double angle) const {
-  const Eigen::Vector3d point = arcs_.point(base, angle, radius_m_);
-  const Eigen::Vector3d along = radius_m_ * (-std::sin(angle) * arcs_.toward + std::cos(angle) * arcs_.across);
-  return {camera_.fx * (along.x() - point.x() / point.z() * along.z()) / point.z(),
-          camera_.fy * (along.y() - point.y() / point.z() * along.z()) / point.z()};
+double Outline::angle_at(std::size_t base, double share) const {
+  return arcs_.start[base] + share * arcs_.span[base];
 }
 
-void Outline::add_stations(OutlinePiece piece, double from, double to) {
-  const double middle = (from + to) / 2;
-  const Eigen::Vector2d a = ideal_pixel(camera_, point_at(piece, from));
-  const Eigen::Vector2d b = ideal_pixel(camera_, point_at(piece, middle));
-  const Eigen::Vector2d c = ideal_pixel(camera_, point_at(piece, to));
-  const double length = (b - a).norm() + (c - b).norm();
-  // Compared as numbers: a length may be infinite or NaN where an end lies in the plane of the camera.
-  const double wanted = std::min<double>(length / kStationSpacingPx, kMaxStations);
-  const int count = wanted > kMinStations ? static_cast<int>(wanted) : kMinStations;
-  for (int i = 0; i < count; ++i) {
-    const double place = from + (to - from) * (i + 0.5) / count;
-    stations_.push_back({piece, ideal_pixel(camera_, point_at(piece, place)), place});
+void Outline::count_stations() {
+  const auto count = [](double length_px) {
+    // Compared as numbers: a length may be infinite or NaN where an end lies in the plane of the camera.
+    const double wanted = std::min<double>(length_px / kStationSpacingPx, kMaxStations);
+    return wanted > kMinStations ? static_cast<int>(wanted) : kMinStations;
+  };
+  for (const std::size_t side : {0U, 1U}) stations_of_[side] = count(1 / side_along_[side].norm());
+  for (const std::size_t base : {0U, 1U}) {
+    const auto position = [&](double share) { return circles_[base].at(unit_vector(angle_at(base, share))).position; };
+    const Eigen::Vector2d middle = position(0.5);
+    stations_of_[kBase0 + base] = count((middle - position(0)).norm() + (position(1) - middle).norm());
   }
-  first_station_[piece + 1] = static_cast<int>(stations_.size());
+}
+
+std::vector<Outline::Station> Outline::stations() const {
+  std::vector<Station> stations;
+  stations.reserve(std::size_t{4} * kMaxStations);
+  for (const OutlinePiece piece : {kSide0, kSide1, kBase0, kBase1}) {
+    const int count = stations_of_[piece];
+    for (int i = 0; i < count; ++i) {
+      const double share = (i + 0.5) / count;
+      if (piece == kSide0 || piece == kSide1) {
+        const Eigen::Vector2d& along = side_along_[piece];
+        stations.push_back({piece, side_from_[piece] + share * along / along.squaredNorm()});
+      } else {
+        const std::size_t base = piece - kBase0;
+        stations.push_back({piece, circles_[base].at(unit_vector(angle_at(base, share))).position});
+      }
+    }
+  }
+  return stations;
+}
+
+std::size_t Outline::station_of(const OutlineMatch& match) const {
+  double share = match.share;
+  if (match.piece == kBase0 || match.piece == kBase1) {
+    const std::size_t base = match.piece - kBase0;
+    const Eigen::Vector2d from_middle = turned({arc_middle_[base].x(), -arc_middle_[base].y()}, match.on_circle);
+    share = 0.5 + std::atan2(from_middle.y(), from_middle.x()) / arcs_.span[base];
+  }
+  int first = 0;
+  for (std::size_t piece = 0; piece < match.piece; ++piece) first += stations_of_[piece];
+  const int count = stations_of_[match.piece];
+  return static_cast<std::size_t>(first + std::clamp(static_cast<int>(share * count), 0, count - 1));
+}
+
+Eigen::Vector3d Outline::point_on_base(const OutlineMatch& match) const {
+  return arcs_.centers[match.piece - kBase0] +
+         radius_m_ * (match.on_circle.x() * arcs_.toward + match.on_circle.y() * arcs_.across);
+}
+
+Eigen::Vector3d Outline::end_of_side(std::size_t side, std::size_t base) const {
+  return side_ends_[side][base];
 }
 
 std::optional<OutlineMatch> Outline::match(const EdgePoint& edge, double max_distance_px) const {
-  std::optional<OutlineMatch> best;
+  std::optional<OutlineMatch> best = match_side(0, edge, max_distance_px);
   const auto keep_nearer = [&](const std::optional<OutlineMatch>& candidate) {
     if (candidate && (!best || std::abs(candidate->distance_px) < std::abs(best->distance_px))) best = candidate;
   };
-  for (const int side : {0, 1}) keep_nearer(match_side(side, edge, max_distance_px));
+  keep_nearer(match_side(1, edge, max_distance_px));
   if (best) return best;
-  for (const int base : {0, 1}) keep_nearer(match_base(base, edge, max_distance_px));
+  for (const std::size_t base : {0U, 1U}) keep_nearer(match_base(base, edge, max_distance_px));
   return best;
 }
 
-std::optional<OutlineMatch> Outline::match_side(int side, const EdgePoint& edge, double max_distance_px) const {
-  const auto s = static_cast<std::size_t>(side);
-  const double distance = signed_distance(sides_[s], edge.position_px);
-  if (std::abs(distance) > max_distance_px || sides_[s].normal.dot(edge.inward) < kMinNormalCosine) return std::nullopt;
-  // The foot point's ray lies in the plane of touch, spanned by the axis direction and the touch point's part across
-  // it.
-  const Eigen::Vector2d foot = edge.position_px - distance * sides_[s].normal;
-  const Eigen::Vector3d ray = ideal_ray(camera_, foot);
-  const double along_touch = touch_[s].dot(pose_.axis_in_cam);
-  const Eigen::Vector3d across = touch_[s] - along_touch * pose_.axis_in_cam;
-  const double place = ray.dot(pose_.axis_in_cam) / ray.dot(across) * across.squaredNorm() - along_touch;
-  const double share = place / height_m_ + 0.5;
+std::optional<OutlineMatch> Outline::match_side(std::size_t side, const EdgePoint& edge, double max_distance_px) const {
+  const ImageLine& line = sides_[side];
+  const double distance = signed_distance(line, edge.position_px);
+  if (std::abs(distance) > max_distance_px || line.normal.dot(edge.inward) < kMinNormalCosine) return std::nullopt;
+  const double share = side_along_[side].dot(edge.position_px - side_from_[side]);
   if (!(share >= 0 && share <= 1)) return std::nullopt;
-  const int count = first_station_[s + 1] - first_station_[s];
-  const int station = first_station_[s] + std::min(count - 1, static_cast<int>(share * count));
-  const auto piece = static_cast<OutlinePiece>(side);
-  return OutlineMatch{piece, station, point_at(piece, place), sides_[s].normal, distance};
+  return OutlineMatch{static_cast<OutlinePiece>(side), share, Eigen::Vector2d::Zero(), line.normal, distance};
 }
 
-std::optional<OutlineMatch> Outline::match_base(int base, const EdgePoint& edge, double max_distance_px) const {
-  const auto b = static_cast<std::size_t>(base);
-  if (signed_distance(chords_[b], edge.position_px) > max_distance_px + 1) return std::nullopt;
-  const auto piece = static_cast<OutlinePiece>(kBase0 + b);
-  int nearest = -1;
-  double nearest_squared = std::numeric_limits<double>::infinity();
-  for (int i = first_station_[b + 2]; i < first_station_[b + 3]; ++i) {
-    const double squared = (stations_[static_cast<std::size_t>(i)].position_px - edge.position_px).squaredNorm();
-    if (squared < nearest_squared) {
-      nearest_squared = squared;
-      nearest = i;
-    }
-  }
-  const double reach = max_distance_px + 2 * kStationSpacingPx;
-  if (nearest_squared > reach * reach) return std::nullopt;
+Eigen::Vector2d Outline::cut_to_arc(std::size_t base, const Eigen::Vector2d& on_circle) const {
+  const Eigen::Vector2d& middle = arc_middle_[base];
+  const Eigen::Vector2d& half = arc_half_[base];
+  if (middle.dot(on_circle) >= half.x()) return on_circle;
+  const bool ahead = middle.x() * on_circle.y() - middle.y() * on_circle.x() > 0;
+  return turned(middle, {half.x(), ahead ? half.y() : -half.y()});
+}
 
-  // From the nearest station along the tangent to the foot point; two steps leave less than 0.001 px.
-  double angle = stations_[static_cast<std::size_t>(nearest)].place;
-  const double low = std::min(arcs_.start[b], arcs_.start[b] + arcs_.span[b]);
-  const double high = std::max(arcs_.start[b], arcs_.start[b] + arcs_.span[b]);
-  Eigen::Vector3d point;
-  Eigen::Vector2d position;
-  Eigen::Vector2d tangent;
-  for (int step = 0; step < 3; ++step) {
-    point = arcs_.point(base, angle, radius_m_);
-    position = ideal_pixel(camera_, point);
-    tangent = arc_tangent(base, angle);
-    if (step < 2) {
-      const double change = tangent.dot(edge.position_px - position) / tangent.squaredNorm();
-      angle = std::clamp(angle + change, low, high);
-    }
+std::optional<OutlineMatch> Outline::match_base(std::size_t base, const EdgePoint& edge, double max_distance_px) const {
+  const Eigen::Vector2d& position_px = edge.position_px;
+  if (signed_distance(chords_[base], position_px) > max_distance_px + 1) return std::nullopt;
+  const CircleImage& circle = circles_[base];
+  Eigen::Vector2d on_circle =
+      cut_to_arc(base, circle.first_guess(position_px, max_distance_px, arc_middle_[base].x() > 0 ? 1 : -1));
+  CircleImage::Place place = circle.at(on_circle);
+  for (int step = 0; step < kMaxFootPointSteps; ++step) {
+    const double squared = place.tangent.squaredNorm();
+    const double change = place.tangent.dot(position_px - place.position) / squared;
+    on_circle = cut_to_arc(base, (on_circle + change * perpendicular(on_circle)).normalized());
+    place = circle.at(on_circle);
+    if (change * change * squared < kFootPointStepPx * kFootPointStepPx) break;
   }
-  const Eigen::Vector2d inward = arc_turn_[b] * perpendicular(tangent).normalized();
-  const double distance = inward.dot(edge.position_px - position);
-  if (std::abs(distance) > max_distance_px || inward.dot(edge.inward) < kMinNormalCosine ||
-      (edge.position_px - position).norm() > max_distance_px + 1) {
+  const Eigen::Vector2d offset = position_px - place.position;
+  const Eigen::Vector2d inward = arc_turn_[base] * perpendicular(place.tangent).normalized();
+  const double distance = inward.dot(offset);
+  const double reach = max_distance_px + 1;
+  if (!(std::abs(distance) <= max_distance_px) || inward.dot(edge.inward) < kMinNormalCosine ||
+      offset.squaredNorm() > reach * reach) {
     return std::nullopt;
   }
-  return OutlineMatch{piece, nearest, point, inward, distance};
+  return OutlineMatch{static_cast<OutlinePiece>(kBase0 + base), 0, on_circle, inward, distance};
 }
 
 double Outline::area_px() const {
+  // Once around: arc 0 from side 1 to side 0, then arc 1 back.
+  constexpr int kPerArc = 24;
+  std::vector<Eigen::Vector2d> corners;
+  corners.reserve(std::size_t{2} * kPerArc);
+  for (const std::size_t base : {0U, 1U}) {
+    for (int i = 0; i < kPerArc; ++i) {
+      corners.push_back(circles_[base].at(unit_vector(angle_at(base, i / (kPerArc - 1.0)))).position);
+    }
+  }
   double twice = 0;
-  const auto corner = [&](std::size_t i) -> Eigen::Vector2d {
-    // Once around: arc 0 from side 1 to side 0, then arc 1 back.
-    const auto from_base0 = static_cast<std::size_t>(first_station_[2]);
-    return stations_[from_base0 + i % (stations_.size() - from_base0)].position_px;
-  };
-  for (std::size_t i = 0; i < stations_.size() - static_cast<std::size_t>(first_station_[2]); ++i) {
-    const Eigen::Vector2d a = corner(i);
-    const Eigen::Vector2d b = corner(i + 1);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Eigen::Vector2d& a = corners[i];
+    const Eigen::Vector2d& b = corners[(i + 1) % corners.size()];
     twice += a.x() * b.y() - a.y() * b.x();
   }
   return std::abs(twice) / 2;

@@ -36,7 +36,9 @@ class PoseDrawing {
     // Empty when part of the cylinder is behind the camera, where there is nothing to project.
     const std::vector<Eigen::Vector2d> outline = silhouette(estimate_.pose, part_.radius_m, part_.height_m);
     if (outline.empty()) return;
-    for (const ImageLine& side : estimate_.sides) draw_side(side, outline);
+    for (const ImageLine& side : estimate_.sides) {
+      if (!side.normal.isZero()) draw_side(side, outline);
+    }
     if (const auto planes = side_planes(estimate_.pose, part_.radius_m)) {
       for (const Eigen::Vector3d& normal : *planes) draw_generator(-part_.radius_m * normal);
     }

@@ -31,9 +31,12 @@ std::optional<PoseStatus> status_from(std::string_view text) {
   return std::nullopt;
 }
 
-/// The axis as a unit vector; none when it is not one up to the rounding of a hand-written file.
+/// The axis as a unit vector; none when it is not one up to the rounding of a hand-written file. What we wrote stays as
+/// it is, to the last digit.
 std::optional<Eigen::Vector3d> unit_axis(const Eigen::Vector3d& axis) {
   constexpr double kRounding = 0.01;
+  constexpr double kOfDoubles = 1e-14;
+  if (std::abs(axis.norm() - 1) < kOfDoubles) return axis;
   if (std::abs(axis.norm() - 1) > kRounding) return std::nullopt;
   return axis.normalized();
 }
@@ -79,7 +82,10 @@ PoseRow row_from(const json& object) {
   const auto status = status_from(object.at("status").get<std::string>());
   if (!status) throw std::invalid_argument(fmt::format("status is {}; {}", object["status"].dump(), kStatusRemedy));
   row.status = *status;
-  if (row.status == PoseStatus::kNone) return row;
+  if (row.status == PoseStatus::kNone) {
+    row.reason = object.value("reason", "");
+    return row;
+  }
   const Eigen::Vector3d axis = vector_in(object, "axis");
   const auto unit = unit_axis(axis);
   if (!unit) throw std::invalid_argument(axis_message(axis));

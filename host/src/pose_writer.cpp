@@ -102,6 +102,21 @@ Eigen::Quaterniond cam_from_cyl_rotation(const Eigen::Vector3d& axis_in_cam) {
   return rotation;
 }
 
+PoseRow pose_row(std::int64_t frame, double timestamp_s, std::string part, const PoseEstimate& estimate) {
+  PoseRow row;
+  row.frame = frame;
+  row.timestamp_s = timestamp_s;
+  row.part = std::move(part);
+  row.status = estimate.status;
+  row.reason = estimate.reason;
+  if (estimate.status == PoseStatus::kNone) return row;
+  row.pose = estimate.pose;
+  row.sigma_center_m = sigma_center_m(estimate);
+  row.sigma_axis_deg = estimate.sigma_axis_rad() * kDegreesPerRadian;
+  row.rms_px = estimate.rms_px;
+  return row;
+}
+
 PoseWriter::PoseWriter(const std::filesystem::path& destination, PoseFormat format, std::vector<std::string> part_names)
     : name_(destination == "-" ? "standard output" : destination.string()),
       format_(format),

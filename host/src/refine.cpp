@@ -17,18 +17,20 @@ using Matrix5d = Eigen::Matrix<double, 5, 5>;
 // Edge places are rounded to 1/256 px and never better than this: floor of the residuals' sigma.
 constexpr double kMinEdgeSigmaPx = 0.02;
 
-// A round that moves the outline by less than this ends the refinement.
-constexpr double kConvergedPx = 0.002;
+// Cauchy weights fall to a half at this many sigma: 95 % efficiency for Gaussian residuals.
+constexpr double kCauchyScale = 2.385;
 
-// The first rounds only have to come near: they need no more points than this.
-constexpr std::size_t kPointsToComeNear = 250;
+// A round that moves the outline by less than this, or than this share of the edges' sigma, ends the refinement.
+constexpr double kConvergedPx = 0.002;
+constexpr double kConvergedSigmas = 0.05;
+
+// Neighbours whose errors may go together: 24 px of the outline, some blurs and the size of fine textures.
+constexpr std::size_t kStationsOfBlock = 8;
+// So few blocks scatter by chance, but hardly by more than this factor.
+constexpr double kClumpedAbove = 2;
+
 // So near to the end the second round with all points moves hardly anything, and the third nothing.
 constexpr int kRoundsWithAll = 3;
-
-struct MatchedPoint {
-  OutlineMatch match;
-  double weight;  // root of the Cauchy weight
-};
 
 // Moves of the pose: x y z of the centre in metres, then rotations about two unit vectors across the axis.
 struct TangentBasis {
@@ -38,50 +40,65 @@ struct TangentBasis {
   explicit TangentBasis(const Eigen::Vector3d& axis) : first(axis.unitOrthogonal()), second(axis.cross(first)) {}
 };
 
-Eigen::Matrix<double, 1, 5> change_of_distance(const CameraModel& camera, const CylinderPose& pose,
-                                               const TangentBasis& basis, const OutlineMatch& match) {
-  const Eigen::Vector3d& p = match.point_in_cam;
-  Eigen::Matrix<double, 2, 3> projection;
-  projection << camera.fx / p.z(), 0, -camera.fx * p.x() / (p.z() * p.z()),  //
-      0, camera.fy / p.z(), -camera.fy * p.y() / (p.z() * p.z());
-  const Eigen::RowVector3d by_point = -match.inward.transpose() * projection;
-  const Eigen::Vector3d arm = p - pose.center_in_cam;
-  Eigen::Matrix<double, 1, 5> row;
-  row << by_point, by_point.dot(basis.first.cross(arm)), by_point.dot(basis.second.cross(arm));
-  return row;
-}
+// How the distance of a fixed image point from the outline changes with the pose, where the outline is the image of
+// this surface point.
+class DistanceChange {
+ public:
+  DistanceChange(const CameraModel& camera, const CylinderPose& pose)
+      : camera_(camera), center_in_cam_(pose.center_in_cam), basis_(pose.axis_in_cam) {}
 
-// One Gauss-Newton step's least squares problem, |offset + jacobian moves|; the last row is the prior along the axis.
-struct RoundProblem {
-  Eigen::Matrix<double, Eigen::Dynamic, 5> jacobian;
-  Eigen::VectorXd offset;
+  [[nodiscard]] Vector5d at(const Eigen::Vector3d& point_in_cam, const Eigen::Vector2d& inward) const {
+    const double x = camera_.fx * inward.x() / point_in_cam.z();
+    const double y = camera_.fy * inward.y() / point_in_cam.z();
+    const Eigen::Vector3d by_point(-x, -y, (x * point_in_cam.x() + y * point_in_cam.y()) / point_in_cam.z());
+    const Eigen::Vector3d by_turn = (point_in_cam - center_in_cam_).cross(by_point);
+    Vector5d change;
+    change << by_point, by_turn.dot(basis_.first), by_turn.dot(basis_.second);
+    return change;
+  }
+
+ private:
+  const CameraModel& camera_;
+  Eigen::Vector3d center_in_cam_;
+  TangentBasis basis_;
 };
 
-std::vector<MatchedPoint> match_all(const Outline& outline, std::span<const EdgePoint> points, double gate_px) {
-  std::vector<MatchedPoint> matched;
-  matched.reserve(points.size());
-  for (const EdgePoint& point : points) {
-    if (const auto match = outline.match(point, gate_px)) matched.push_back({*match, 1});
-  }
-  return matched;
-}
+// One Gauss-Newton step's least squares problem: `normal` moves = -`gradient`.
+struct RoundProblem {
+  Matrix5d normal = Matrix5d::Zero();
+  std::array<Matrix5d, kOutlinePieces> of_piece{};  // each piece's share of it
+  Vector5d gradient = Vector5d::Zero();
+  std::array<Vector5d, kOutlinePieces> pull{};  // by a common shift of all points of a piece, per pixel
+};
 
-// 1.4826 times the median absolute residual: the standard deviation, unmoved by outliers.
-double robust_sigma(std::vector<MatchedPoint>& matched) {
-  std::vector<double> distances;
-  distances.reserve(matched.size());
-  for (const MatchedPoint& point : matched) distances.push_back(std::abs(point.match.distance_px));
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return std::max(kMinEdgeSigmaPx, 1.4826 * *middle);
-}
+// The points of a side need no rows of their own: a straight line moves as a whole, so that a point's distance changes
+// in proportion to its share of the way from one end to the other, and sums of weights, shares and distances suffice.
+struct SideSums {
+  double weight = 0;
+  double share = 0;
+  double share_squared = 0;
+  double distance = 0;
+  double distance_share = 0;
 
-void weigh(std::vector<MatchedPoint>& matched, double sigma) {
-  for (MatchedPoint& point : matched) {
-    const double scaled = point.match.distance_px / (2.385 * sigma);  // 95 % efficiency for Gaussian residuals
-    point.weight = 1 / std::sqrt(1 + scaled * scaled);
+  void add(double w, const OutlineMatch& match) {
+    const double w_share = w * match.share;
+    weight += w;
+    share += w_share;
+    share_squared += w_share * match.share;
+    distance += w * match.distance_px;
+    distance_share += w_share * match.distance_px;
   }
-}
+
+  // `from`, `to`: change of the distance at the two ends.
+  void add_to(RoundProblem& problem, OutlinePiece side, const Vector5d& from, const Vector5d& to) const {
+    const Vector5d along = to - from;
+    const Matrix5d mixed = from * along.transpose();
+    problem.of_piece[side] = weight * from * from.transpose() + share * (mixed + mixed.transpose()) +
+                             share_squared * along * along.transpose();
+    problem.gradient += distance * from + distance_share * along;
+    problem.pull[side] = weight * from + share * along;
+  }
+};
 
 class Refinement {
  public:
@@ -91,54 +108,93 @@ class Refinement {
   // One round of matching and solving. None when there is too little to go on, else how far the outline moved in pixels
   // (root mean square over the matched points).
   std::optional<double> solve(std::span<const EdgePoint> points, double gate_px) {
-    const auto outline = Outline::of(camera_, part_, pose_);
-    if (!outline) return std::nullopt;
-    matched_ = match_all(*outline, points, gate_px);
-    if (static_cast<int>(matched_.size()) < kMinSupport) return std::nullopt;
-    sigma_px_ = robust_sigma(matched_);
-    weigh(matched_, sigma_px_);
-
-    const RoundProblem problem = linearised();
-    const Matrix5d normal = problem.jacobian.transpose() * problem.jacobian;
-    const Vector5d moves = -normal.ldlt().solve(problem.jacobian.transpose() * problem.offset);
+    outline_ = Outline::of(camera_, part_, pose_);
+    if (!outline_ || !match_all(points, gate_px)) return std::nullopt;
+    problem_ = linearised();
+    const Vector5d moves = -problem_.normal.ldlt().solve(problem_.gradient);
     move(moves);
     if (!pose_.center_in_cam.allFinite() || !pose_.axis_in_cam.allFinite()) return std::nullopt;
-    return (problem.jacobian * moves).norm() / std::sqrt(static_cast<double>(matched_.size()));
+    return std::sqrt(moves.dot(problem_.normal * moves) / static_cast<double>(matched_.size()));
   }
 
-  [[nodiscard]] std::optional<RefinedPose> result(std::span<const EdgePoint> points, const RefineOptions& options) {
-    const auto outline = Outline::of(camera_, part_, pose_);
-    if (!outline) return std::nullopt;
-    matched_ = match_all(*outline, points, options.final_gate_px);
-    if (static_cast<int>(matched_.size()) < kMinSupport) return std::nullopt;
-    sigma_px_ = robust_sigma(matched_);
-    weigh(matched_, sigma_px_);
+  [[nodiscard]] bool converged(double moved_px) const {
+    return moved_px < std::max(kConvergedPx, kConvergedSigmas * sigma_px_);
+  }
 
+  [[nodiscard]] CoarsePose coarse_result() const {
+    double squares = 0;
+    for (const OutlineMatch& match : matched_) squares += match.distance_px * match.distance_px;
+    const auto support = static_cast<int>(matched_.size());
+    return {pose_, support, std::sqrt(squares / support)};
+  }
+
+  // What the last round saw; its move was the last, too small to see or not.
+  [[nodiscard]] RefinedPose result(const RefineOptions& options) const {
     RefinedPose refined;
     refined.pose = pose_;
-    refined.covariance = covariance(options.common_edge_sigma_px);
+    refined.covariance = covariance(options);
     refined.support = static_cast<int>(matched_.size());
     measure_residuals(refined);
-    count_seen(*outline, refined);
+    count_seen(refined);
     return refined;
   }
 
  private:
-  [[nodiscard]] RoundProblem linearised() const {
-    const TangentBasis basis(pose_.axis_in_cam);
-    const auto count = static_cast<Eigen::Index>(matched_.size());
-    RoundProblem problem;
-    problem.jacobian.resize(count + 1, 5);
-    problem.offset.resize(count + 1);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const MatchedPoint& point = matched_[static_cast<std::size_t>(i)];
-      problem.jacobian.row(i) = point.weight * change_of_distance(camera_, pose_, basis, point.match);
-      problem.offset[i] = point.weight * point.match.distance_px;
+  // False when too few points match.
+  bool match_all(std::span<const EdgePoint> points, double gate_px) {
+    matched_.clear();
+    for (const EdgePoint& point : points) {
+      if (const auto match = outline_->match(point, gate_px)) matched_.push_back(*match);
     }
-    const double prior = sigma_px_ / (part_.height_m / 2);
-    problem.jacobian.row(count) << prior * pose_.axis_in_cam.transpose(), 0, 0;
-    problem.offset[count] = prior * pose_.axis_in_cam.dot(pose_.center_in_cam - start_.center_in_cam);
+    if (static_cast<int>(matched_.size()) < kMinSupport) return false;
+    sigma_px_ = robust_sigma();
+    return true;
+  }
+
+  // 1.4826 times the median absolute residual: the standard deviation, unmoved by outliers.
+  double robust_sigma() {
+    distances_.clear();
+    for (const OutlineMatch& match : matched_) distances_.push_back(std::abs(match.distance_px));
+    const auto middle = distances_.begin() + static_cast<std::ptrdiff_t>(distances_.size() / 2);
+    std::nth_element(distances_.begin(), middle, distances_.end());
+    return std::max(kMinEdgeSigmaPx, 1.4826 * *middle);
+  }
+
+  [[nodiscard]] RoundProblem linearised() const {
+    const DistanceChange change(camera_, pose_);
+    const double per_scale = 1 / (kCauchyScale * sigma_px_);
+    RoundProblem problem;
+    problem.pull.fill(Vector5d::Zero());
+    problem.of_piece.fill(Matrix5d::Zero());
+    std::array<SideSums, 2> sides;
+    for (const OutlineMatch& match : matched_) {
+      const double scaled = match.distance_px * per_scale;
+      const double weight = 1 / (1 + scaled * scaled);
+      if (match.piece == kSide0 || match.piece == kSide1) {
+        sides[match.piece].add(weight, match);
+      } else {
+        const Vector5d by_pose = change.at(outline_->point_on_base(match), match.inward);
+        const Vector5d weighted = weight * by_pose;
+        problem.of_piece[match.piece] += weighted * by_pose.transpose();
+        problem.gradient += match.distance_px * weighted;
+        problem.pull[match.piece] += weighted;
+      }
+    }
+    for (const OutlinePiece side : {kSide0, kSide1}) {
+      const Eigen::Vector2d& inward = outline_->sides()[side].normal;
+      sides[side].add_to(problem, side, change.at(outline_->end_of_side(side, 0), inward),
+                         change.at(outline_->end_of_side(side, 1), inward));
+    }
+    for (const Matrix5d& piece : problem.of_piece) problem.normal += piece;
+    add_prior(problem);
     return problem;
+  }
+
+  void add_prior(RoundProblem& problem) const {
+    const double prior = sigma_px_ / (part_.height_m / 2);
+    const Eigen::Vector3d& axis = pose_.axis_in_cam;
+    problem.normal.topLeftCorner<3, 3>() += prior * prior * axis * axis.transpose();
+    problem.gradient.head<3>() += prior * prior * axis.dot(pose_.center_in_cam - start_.center_in_cam) * axis;
   }
 
   void move(const Vector5d& moves) {
@@ -148,19 +204,19 @@ class Refinement {
     pose_.axis_in_cam = (pose_.axis_in_cam + rotation.cross(pose_.axis_in_cam)).normalized();
   }
 
-  [[nodiscard]] Eigen::Matrix<double, 6, 6> covariance(double common_edge_sigma_px) const {
-    const RoundProblem problem = linearised();
-    const Matrix5d normal = problem.jacobian.transpose() * problem.jacobian;
-    const Matrix5d inverse = normal.ldlt().solve(Matrix5d::Identity());
-    Matrix5d covariance = sigma_px_ * sigma_px_ * inverse;
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> covariance(const RefineOptions& options) const {
+    const Matrix5d inverse = problem_.normal.ldlt().solve(Matrix5d::Identity());
+    const std::array<PieceScatter, kOutlinePieces> scatters = scatter_of_pieces();
+    // The prior's share, and of every piece what its points' scatter makes of its share.
+    Matrix5d scatter = sigma_px_ * sigma_px_ * problem_.normal;
     for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
-      Vector5d pull = Vector5d::Zero();
-      for (std::size_t i = 0; i < matched_.size(); ++i) {
-        if (matched_[i].match.piece == piece) {
-          pull += matched_[i].weight * problem.jacobian.row(static_cast<Eigen::Index>(i)).transpose();
-        }
-      }
-      const Vector5d moved = common_edge_sigma_px * (inverse * pull);
+      scatter += (scatters[piece].variance - sigma_px_ * sigma_px_) * problem_.of_piece[piece];
+    }
+    Matrix5d covariance = inverse * scatter * inverse;
+    for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
+      const double common_px =
+          std::hypot(options.common_edge_sigma_px, options.common_edge_share * std::sqrt(scatters[piece].clumped));
+      const Vector5d moved = common_px * (inverse * problem_.pull[piece]);
       covariance += moved * moved.transpose();
     }
     const TangentBasis basis(pose_.axis_in_cam);
@@ -173,13 +229,52 @@ class Refinement {
     return full;
   }
 
+  struct PieceScatter {
+    double variance;  // of a point, as if the points erred independently
+    double clumped;   // the part of it that is clearly more than independent errors make
+  };
+
+  // Where points do not err independently (texture behind the part pulls neighbours alike), sums over blocks of
+  // neighbours scatter more than sums of independent errors would, and by that much the variance is larger
+  // (cluster-robust variance: Liang and Zeger 1986). The five parameters take their share of the scatter away.
+  [[nodiscard]] std::array<PieceScatter, kOutlinePieces> scatter_of_pieces() const {
+    const std::size_t blocks = outline_->stations().size() / kStationsOfBlock + 1;
+    std::array<std::vector<double>, kOutlinePieces> sums;
+    sums.fill(std::vector<double>(blocks));
+    std::array<double, kOutlinePieces> weights{};
+    std::array<double, kOutlinePieces> squares_of_points{};
+    const double per_scale = 1 / (kCauchyScale * sigma_px_);
+    for (const OutlineMatch& match : matched_) {
+      const double scaled = match.distance_px * per_scale;
+      const double weight = 1 / (1 + scaled * scaled);
+      const double weighted = weight * match.distance_px;
+      sums[match.piece][outline_->station_of(match) / kStationsOfBlock] += weighted;
+      weights[match.piece] += weight;
+      squares_of_points[match.piece] += weighted * weighted;
+    }
+    double used_blocks = 0;
+    for (const auto& of_piece : sums) {
+      used_blocks +=
+          static_cast<double>(of_piece.size()) - static_cast<double>(std::count(of_piece.begin(), of_piece.end(), 0.0));
+    }
+    const double for_parameters = used_blocks > 10 ? used_blocks / (used_blocks - 5) : 2;
+    std::array<PieceScatter, kOutlinePieces> scatters{};
+    for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
+      double squares = 0;
+      for (const double sum : sums[piece]) squares += sum * sum;
+      const double weight = std::max(weights[piece], 1e-9);  // a piece without points has no squares either
+      const double variance = std::max(sigma_px_ * sigma_px_, for_parameters * squares / weight);
+      scatters[piece] = {variance, std::max(0.0, variance - kClumpedAbove * squares_of_points[piece] / weight)};
+    }
+    return scatters;
+  }
+
   void measure_residuals(RefinedPose& refined) const {
     std::array<double, kOutlinePieces> squares{};
     std::array<int, kOutlinePieces> counts{};
-    for (const MatchedPoint& point : matched_) {
-      const OutlinePiece piece = point.match.piece;
-      squares[piece] += point.match.distance_px * point.match.distance_px;
-      ++counts[piece];
+    for (const OutlineMatch& match : matched_) {
+      squares[match.piece] += match.distance_px * match.distance_px;
+      ++counts[match.piece];
     }
     double all = 0;
     for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
@@ -189,10 +284,10 @@ class Refinement {
     refined.rms_px = std::sqrt(all / refined.support);
   }
 
-  void count_seen(const Outline& outline, RefinedPose& refined) const {
-    const auto& stations = outline.stations();
+  void count_seen(RefinedPose& refined) const {
+    const auto stations = outline_->stations();
     std::vector<bool> hit(stations.size(), false);
-    for (const MatchedPoint& point : matched_) hit[static_cast<std::size_t>(point.match.station)] = true;
+    for (const OutlineMatch& match : matched_) hit[outline_->station_of(match)] = true;
     std::array<int, kOutlinePieces> hits{};
     refined.piece_stations = {};
     for (std::size_t i = 0; i < stations.size(); ++i) {
@@ -215,7 +310,10 @@ class Refinement {
   const PartModel& part_;
   CylinderPose start_;
   CylinderPose pose_;
-  std::vector<MatchedPoint> matched_;
+  std::optional<Outline> outline_;  // of the pose that the last round started from
+  std::vector<OutlineMatch> matched_;
+  RoundProblem problem_;
+  std::vector<double> distances_;
   double sigma_px_ = 0;
 };
 
@@ -225,26 +323,38 @@ bool RefineOptions::is_valid(std::string* why) const {
   return require_positive(first_gate_px, "refine.first_gate_px", why) &&
          require_positive(final_gate_px, "refine.final_gate_px", why) &&
          require_at_least(rounds, 1, "refine.rounds", why) &&
-         require_positive(common_edge_sigma_px, "refine.common_edge_sigma_px", why);
+         require_positive(common_edge_sigma_px, "refine.common_edge_sigma_px", why) &&
+         require_positive(common_edge_share, "refine.common_edge_share", why);
+}
+
+std::optional<CoarsePose> refine_coarsely(const CameraModel& camera, const PartModel& part, const CylinderPose& start,
+                                          std::span<const EdgePoint> points, const RefineOptions& options) {
+  Refinement refinement(camera, part, start);
+  double gate_px = options.first_gate_px;
+  for (int round = 0; round < options.rounds; ++round) {
+    const auto moved_px = refinement.solve(points, gate_px);
+    if (!moved_px) return std::nullopt;
+    if (gate_px <= options.final_gate_px && refinement.converged(*moved_px)) break;
+    gate_px = std::max(options.final_gate_px, gate_px / 2);
+  }
+  return refinement.coarse_result();
+}
+
+std::optional<RefinedPose> refine_finely(const CameraModel& camera, const PartModel& part, const CylinderPose& start,
+                                         std::span<const EdgePoint> points, const RefineOptions& options) {
+  Refinement refinement(camera, part, start);
+  for (int round = 0; round < kRoundsWithAll; ++round) {
+    const auto moved_px = refinement.solve(points, options.final_gate_px);
+    if (!moved_px) return std::nullopt;
+    if (refinement.converged(*moved_px)) break;
+  }
+  return refinement.result(options);
 }
 
 std::optional<RefinedPose> refine(const CameraModel& camera, const PartModel& part, const CylinderPose& start,
                                   std::span<const EdgePoint> points, const RefineOptions& options) {
-  Refinement refinement(camera, part, start);
-  const std::vector<EdgePoint> few = thinned(points, kPointsToComeNear);
-  double gate_px = options.first_gate_px;
-  for (int round = 0; round < options.rounds; ++round) {
-    const auto moved_px = refinement.solve(few, gate_px);
-    if (!moved_px) return std::nullopt;
-    if (gate_px <= options.final_gate_px && *moved_px < kConvergedPx) break;
-    gate_px = std::max(options.final_gate_px, gate_px / 2);
-  }
-  for (int round = 0; round < kRoundsWithAll; ++round) {
-    const auto moved_px = refinement.solve(points, options.final_gate_px);
-    if (!moved_px) return std::nullopt;
-    if (*moved_px < kConvergedPx) break;
-  }
-  return refinement.result(points, options);
+  const auto coarse = refine_coarsely(camera, part, start, thinned(points, kPointsToComeNear), options);
+  return coarse ? refine_finely(camera, part, coarse->pose, points, options) : std::nullopt;
 }
 
 }  // namespace cylpose

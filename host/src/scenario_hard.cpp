@@ -37,6 +37,26 @@ Scenario occlusion() {
   return scenario;
 }
 
+Scenario along_the_axis() {
+  const PaintedPart part = painted_part("cylinder", 0);
+  Scenario scenario;
+  scenario.name = "along";
+  scenario.description =
+      "the axis turns from 28 degrees off the line of sight onto it: in the end only the near base shows";
+  scenario.frames = 100;
+  scenario.camera = scenario_camera();
+  scenario.parts = {part.model};
+  scenario.scene_at = [=](double share) {
+    const Eigen::Vector3d center(0.1, -0.05, std::lerp(1.1, 1.6, share));
+    Scene scene;
+    scene.camera = scenario_camera();
+    scene.background = grey_clouds(9);
+    scene.parts = {at_pose(part, {center, axis_at(center, std::lerp(28.0, 0.0, share), 40 + 100 * share)})};
+    return scene;
+  };
+  return scenario;
+}
+
 PaintedPart candle_part() {
   PaintedPart candle = painted_part("candle", 8, 14);
   candle.model.radius_m = 0.0395;
@@ -97,7 +117,7 @@ Scenario candle_on_table() {
 }  // namespace
 
 std::vector<Scenario> hard_cases() {
-  return {occlusion(), candle_on_table()};
+  return {occlusion(), along_the_axis(), candle_on_table()};
 }
 
 }  // namespace cylpose

@@ -48,7 +48,7 @@ struct PaintedPart {
 
 [[nodiscard]] std::vector<Scenario> single_cases();  ///< fig5.2 to fig5.7
 [[nodiscard]] std::vector<Scenario> test_series();   ///< series1 to series4
-[[nodiscard]] std::vector<Scenario> hard_cases();    ///< occlusion and candle
+[[nodiscard]] std::vector<Scenario> hard_cases();    ///< occlusion, along and candle
 [[nodiscard]] Scenario still_arm();                  ///< fig5.6
 [[nodiscard]] Scenario moving_arm();                 ///< manipulator
 

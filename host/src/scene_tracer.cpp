@@ -122,6 +122,23 @@ Eigen::Vector2d texture_point(const Solid& solid, const Eigen::Vector3d& offset_
   return offset_in_cam.head<2>();
 }
 
+// What roughness makes of the diffuse light, as a factor; both directions away from the surface, of unit length.
+double rough_factor(double roughness_rad, const Eigen::Vector3d& normal, const Eigen::Vector3d& to_light,
+                    const Eigen::Vector3d& to_camera) {
+  if (roughness_rad == 0) return 1;
+  const double variance = roughness_rad * roughness_rad;
+  const double light_cosine = std::clamp(normal.dot(to_light), 0.0, 1.0);
+  const double camera_cosine = std::clamp(normal.dot(to_camera), 0.0, 1.0);
+  const Eigen::Vector3d light_beside = to_light - light_cosine * normal;
+  const Eigen::Vector3d camera_beside = to_camera - camera_cosine * normal;
+  const double lengths = light_beside.norm() * camera_beside.norm();
+  const double azimuth_cosine = lengths > 0 ? light_beside.dot(camera_beside) / lengths : 0;
+  const double steeper = std::acos(std::min(light_cosine, camera_cosine));
+  const double flatter = std::acos(std::max(light_cosine, camera_cosine));
+  return 1 - 0.5 * variance / (variance + 0.33) +
+         0.45 * variance / (variance + 0.09) * std::max(0.0, azimuth_cosine) * std::sin(steeper) * std::tan(flatter);
+}
+
 }  // namespace
 
 SceneTracer::SceneTracer(const Scene& scene)
@@ -199,7 +216,9 @@ LightSample SceneTracer::light_along(const Eigen::Vector2d& ray) const {
       lighting_.hard_shadows && facing > 0 && is_shadowed(point + kShadowGapM * hit->normal_in_cam, to_light);
   LinearRgb light = lighting_.ambient * texture.color;
   if (facing > 0 && !shadowed) {
-    light += lighting_.key * facing * texture.color;
+    light += lighting_.key * facing *
+             rough_factor(material.roughness_rad, hit->normal_in_cam, to_light, -direction.normalized()) *
+             texture.color;
     if (material.specular > 0) {
       const Eigen::Vector3d half_way = (to_light - direction.normalized()).normalized();
       const double mirror = std::max(0.0, hit->normal_in_cam.dot(half_way));

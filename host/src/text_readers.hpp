@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cylpose/camera.hpp>
+#include <cylpose/extrinsics.hpp>
 #include <cylpose/part.hpp>
 #include <cylpose/pose_io.hpp>
 #include <iosfwd>
@@ -14,6 +15,7 @@ namespace cylpose {
 
 [[nodiscard]] CameraModel camera_from_yaml(const std::string& name, std::string text);
 [[nodiscard]] std::vector<PartModel> parts_from_yaml(const std::string& name, std::string text);
+[[nodiscard]] Extrinsics extrinsics_from_yaml(const std::string& name, std::string text);
 [[nodiscard]] std::vector<PoseRow> poses_from_csv(std::string name, std::string text);
 [[nodiscard]] std::vector<PoseRow> poses_from_jsonl(const std::string& name, std::istream& lines);
 [[nodiscard]] std::vector<TruthRow> truth_from_csv(std::string name, std::string text);

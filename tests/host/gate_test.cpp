@@ -138,6 +138,7 @@ TEST(Gate, CoefficientsKeepProductsWithin16Bits) {
     for (const int n : {gate.response_r, gate.response_b, gate.response_r + gate.response_b}) {
       EXPECT_LE(std::abs(n), 69);
     }
+    for (const int n : {gate.aside_r, gate.aside_b, gate.aside_r + gate.aside_b}) EXPECT_LE(std::abs(n), 128);
   }
 }
 
@@ -174,19 +175,35 @@ TEST(Gate, GreyImagesAreGatedByValueAlone) {
   EXPECT_TRUE(passes_gray(gate, 128));
 }
 
+Rgb hexagon(int hue) {
+  const double f = hue % 60 / 60.0;
+  const int up = static_cast<int>(std::lround(255 * f));
+  const int down = 255 - up;
+  const std::vector<Rgb> walk{{255, up, 0}, {down, 255, 0}, {0, 255, up}, {0, down, 255}, {up, 0, 255}, {255, 0, down}};
+  return walk[static_cast<std::size_t>(hue / 60 % 6)];
+}
+
+TEST(Gate, ResponseFallsToBothSidesOfTheMidHue) {
+  for (int mid = 0; mid < 360; ++mid) {
+    const ColorGate gate = make_gate(part_of((mid + 335) % 360, (mid + 25) % 360));
+    for (const int side : {-1, 1}) {
+      const auto at = [&](int away) {
+        const Rgb c = hexagon((mid + side * away + 360) % 360);
+        return response(gate, c.r, c.g, c.b);
+      };
+      EXPECT_LT(at(25), 210) << mid;  // a background at the end of the range stands apart,
+      EXPECT_GT(at(25), 60) << mid;   // a part there is still seen
+      EXPECT_LT(at(45), 75) << mid;
+      EXPECT_EQ(at(60), 0) << mid;
+    }
+  }
+}
+
 TEST(Gate, ResponseIsFullForTheMidHueAndZeroForGreysAndOppositeHues) {
-  const auto hexagon = [](int hue) {
-    const double f = hue % 60 / 60.0;
-    const int up = static_cast<int>(std::lround(255 * f));
-    const int down = 255 - up;
-    const std::vector<Rgb> walk{{255, up, 0},   {down, 255, 0}, {0, 255, up},
-                                {0, down, 255}, {up, 0, 255},   {255, 0, down}};
-    return walk[static_cast<std::size_t>(hue / 60 % 6)];
-  };
   for (int mid = 0; mid < 360; ++mid) {
     const ColorGate gate = make_gate(part_of((mid + 340) % 360, (mid + 20) % 360));
     const Rgb c = hexagon(mid);
-    EXPECT_NEAR(response(gate, c.r, c.g, c.b), 255, 4) << mid;
+    EXPECT_NEAR(response(gate, c.r, c.g, c.b), 255, 6) << mid;
     EXPECT_NEAR(response(gate, c.r / 2, c.g / 2, c.b / 2), 127, 3) << mid;
     const Rgb opposite = hexagon((mid + 180) % 360);
     EXPECT_EQ(response(gate, opposite.r, opposite.g, opposite.b), 0) << mid;

@@ -69,6 +69,34 @@ TEST_F(OutlineTest, DistanceIsSignedAndInPixels) {
   EXPECT_GT(checked, 50);
 }
 
+TEST_F(OutlineTest, BaseDistanceIsThatOfTheNearestPlace) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> moves(-1.2, 1.2);
+  int checked = 0;
+  int off = 0;
+  for (int i = 0; i < 60; ++i) {
+    const CylinderPose pose = random_pose(random, part);
+    const auto outline = Outline::of(camera, part, pose);
+    ASSERT_TRUE(outline);
+    std::vector<Eigen::Vector2d> dense;
+    for (const Eigen::Vector2d& ray : silhouette(pose, part.radius_m, part.height_m, 4000)) {
+      dense.push_back(ideal_pixel(camera, {ray.x(), ray.y(), 1}));
+    }
+    for (EdgePoint point : exact_points(pose)) {
+      point.position_px += moves(random) * point.inward;
+      const auto match = outline->match(point, 1.5);
+      if (!match || (match->piece != kBase0 && match->piece != kBase1)) continue;
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const auto& place : dense) nearest = std::min(nearest, (place - point.position_px).squaredNorm());
+      if (std::abs(std::abs(match->distance_px) - std::sqrt(nearest)) > 0.002) ++off;
+      ++checked;
+    }
+  }
+  EXPECT_GT(checked, 1000);
+  // Where an arc ends the nearest place may be one whose normal does not agree.
+  EXPECT_LE(off, checked / 50);
+}
+
 TEST_F(OutlineTest, NormalsMustAgree) {
   const CylinderPose pose{{0, 0, 2}, Eigen::Vector3d(0.3, -1, 0.2).normalized()};
   const auto outline = Outline::of(camera, part, pose);

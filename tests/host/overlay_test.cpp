@@ -95,6 +95,18 @@ TEST(Overlay, ShowsTheMeasuredSidesEvenWhereTheyDisagreeWithThePose) {
   EXPECT_FALSE(changed(scene, picture, {130, center.y()}));
 }
 
+TEST(Overlay, DrawsNoSidesWhereNoneAreSeen) {
+  Scene scene = scene_of(640, 400);
+  const auto magenta = [&] {
+    cv::Mat side_pixels;
+    cv::inRange(overlay_of(scene), cv::Scalar(200, 0, 200), cv::Scalar(255, 60, 255), side_pixels);
+    return cv::countNonZero(side_pixels);
+  };
+  EXPECT_GT(magenta(), 100);
+  scene.estimate.sides.fill({Eigen::Vector2d::Zero(), 0});
+  EXPECT_EQ(magenta(), 0);
+}
+
 TEST(Overlay, DrawsThickerOnLargerPictures) {
   const auto share_drawn_on = [](int width, int height) {
     const Scene scene = scene_of(width, height);

@@ -3,6 +3,7 @@
 #include <cylpose/error.hpp>
 #include <cylpose/pose_solver.hpp>
 #include <limits>
+#include <numbers>
 
 #include "ideal_edges.hpp"
 
@@ -55,7 +56,7 @@ TEST_F(PoseSolverTest, CovarianceMatchesTheErrors) {
     normalised += error.dot(estimate.covariance.topLeftCorner<3, 3>().ldlt().solve(error));
   }
   // Mean of chi-squared with 3 degrees of freedom; the common edge error that the covariance allows for is not in here.
-  EXPECT_GT(normalised / kScenes, 0.3 * 3);
+  EXPECT_GT(normalised / kScenes, 0.2 * 3);
   EXPECT_LT(normalised / kScenes, 1.3 * 3);
 }
 
@@ -143,6 +144,95 @@ TEST_F(PoseSolverTest, DistortedEdgesGiveTheSamePose) {
   EXPECT_LT((estimate.pose.center_in_cam - pose.center_in_cam).norm(), 3e-3);
 }
 
+// Axis `angle` radians off the line of sight, all of the part in the picture.
+CylinderPose pose_along_sight(std::mt19937& random, const CameraModel& camera, const PartModel& part, double angle) {
+  std::uniform_real_distribution<double> unit(0, 1);
+  while (true) {
+    const Eigen::Vector2d place(camera.width * unit(random), camera.height * unit(random));
+    const Eigen::Vector3d sight = ideal_ray(camera, place).normalized();
+    const Eigen::Vector3d across = Eigen::AngleAxisd(6.3 * unit(random), sight) * sight.unitOrthogonal();
+    const CylinderPose pose{(0.6 + 3.4 * unit(random)) * sight, Eigen::AngleAxisd(angle, across) * sight};
+    bool inside = true;
+    for (const Eigen::Vector2d& ray : silhouette(pose, part.radius_m, part.height_m)) {
+      const Eigen::Vector2d p = ideal_pixel(camera, {ray.x(), ray.y(), 1});
+      inside = inside && p.x() > 10 && p.y() > 10 && p.x() < camera.width - 11 && p.y() < camera.height - 11;
+    }
+    if (inside) return pose;
+  }
+}
+
+TEST_F(PoseSolverTest, ViewsAlongTheAxis) {
+  std::mt19937 random(14);
+  std::uniform_real_distribution<double> angle(0, 28 * std::numbers::pi / 180);
+  constexpr int kScenes = 300;
+  int found = 0;
+  for (int i = 0; i < kScenes; ++i) {
+    const CylinderPose pose = pose_along_sight(random, camera, part, angle(random));
+    IdealEdges how;
+    how.noise_px = 0.1;
+    how.seed = static_cast<unsigned>(i);
+    const PoseEstimate estimate = solve(pose, how);
+    if (estimate.status != PoseStatus::kOk) continue;
+    ++found;
+    EXPECT_LT(axis_angle(estimate.pose.axis_in_cam, pose.axis_in_cam), 0.17) << i;
+    EXPECT_LT((estimate.pose.center_in_cam - pose.center_in_cam).norm(), 0.01 * pose.center_in_cam.z() + 0.01) << i;
+  }
+  EXPECT_GE(found, 0.97 * kScenes);
+}
+
+TEST_F(PoseSolverTest, FromWithinTheInfiniteCylinderTheCovarianceCoversBothTilts) {
+  // Nothing tells to which side the axis tilts: as good a pose as any lies in the middle, and the truth within the
+  // covariance around it.
+  std::mt19937 random(15);
+  double normalised = 0;
+  constexpr int kScenes = 60;
+  for (int i = 0; i < kScenes; ++i) {
+    const CylinderPose pose = pose_along_sight(random, camera, part, 0.008);
+    IdealEdges how;
+    how.noise_px = 0.1;
+    how.seed = static_cast<unsigned>(i);
+    const PoseEstimate estimate = solve(pose, how);
+    ASSERT_EQ(estimate.status, PoseStatus::kOk) << i << ": " << estimate.reason;
+    EXPECT_EQ(estimate.sides[0].normal, Eigen::Vector2d::Zero());  // there are none
+    const Eigen::Vector3d error = estimate.pose.center_in_cam - pose.center_in_cam;
+    normalised += error.dot(estimate.covariance.topLeftCorner<3, 3>().ldlt().solve(error)) / kScenes;
+    EXPECT_LT(axis_angle(estimate.pose.axis_in_cam, pose.axis_in_cam), 4 * estimate.sigma_axis_rad() + 0.003) << i;
+    EXPECT_LT(estimate.sigma_axis_rad(), 0.1) << i;
+  }
+  EXPECT_LT(normalised, 1.5 * 3);
+}
+
+TEST_F(PoseSolverTest, FarAwayTheTiltIsNotMirrored) {
+  // At 5 m only half a pixel of perspective tells a tilt from its mirror image: sure, or no pose.
+  const auto found_of_100 = [&](double noise_px) {
+    std::mt19937 random(16);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    int found = 0;
+    for (unsigned scenes = 0; scenes < 100;) {
+      // One draw a statement: compilers differ in the order of arguments.
+      const double z = unit(random);
+      const double y = unit(random);
+      const double x = unit(random);
+      const double right = 0.8 * unit(random);
+      const double down = 0.4 * unit(random);
+      const CylinderPose pose{{right, down, 4.9}, Eigen::Vector3d(x, y, z).normalized()};
+      if (axis_angle(pose.axis_in_cam, pose.center_in_cam) < 0.52) continue;
+      IdealEdges how;
+      how.noise_px = noise_px;
+      how.seed = ++scenes;
+      const PoseEstimate estimate = solve(pose, how);
+      if (estimate.status != PoseStatus::kOk) continue;
+      ++found;
+      EXPECT_LT(axis_angle(estimate.pose.axis_in_cam, pose.axis_in_cam), std::max(0.17, 3 * estimate.sigma_axis_rad()))
+          << noise_px << " px, scene " << scenes;
+    }
+    return found;
+  };
+  EXPECT_GE(found_of_100(0.1), 95);
+  EXPECT_GE(found_of_100(0.2), 80);
+  EXPECT_LE(found_of_100(0.5), 60);  // nobody could be sure
+}
+
 TEST_F(PoseSolverTest, NothingGivesNoneAndAReason) {
   const PoseEstimate estimate = solver.solve(field_of(camera, {})).at(0);
   EXPECT_EQ(estimate.status, PoseStatus::kNone);
@@ -156,6 +246,23 @@ TEST_F(PoseSolverTest, ACylinderOfAnotherShapeIsNoCylinderOfOurs) {
   const PoseEstimate estimate = solver.solve(field_of(camera, ideal_edges(camera, longer, pose))).at(0);
   EXPECT_EQ(estimate.status, PoseStatus::kNone);
   EXPECT_FALSE(estimate.reason.empty());
+}
+
+TEST_F(PoseSolverTest, APartOfTheSameColourAndAnotherSizeIsNotTaken) {
+  // Were the far end hidden, a shorter and thinner cylinder nearer by would be the same picture; but it shows its end.
+  PartModel small = part;
+  small.radius_m = 0.03;
+  small.height_m = 0.3;
+  const PoseSolver for_small(camera, {small});
+  std::mt19937 random(17);
+  for (int i = 0; i < 60; ++i) {
+    const CylinderPose pose = random_pose(random, part);
+    if (axis_angle(pose.axis_in_cam, pose.center_in_cam) > 1.3) continue;  // the rims are straight lines
+    IdealEdges how;
+    how.noise_px = 0.1;
+    const PoseEstimate estimate = for_small.solve(field_of(camera, ideal_edges(camera, part, pose, how))).at(0);
+    EXPECT_EQ(estimate.status, PoseStatus::kNone) << i;
+  }
 }
 
 TEST_F(PoseSolverTest, RandomDotsAreNoCylinder) {

@@ -176,6 +176,23 @@ TEST(Render, LambertsLaw) {
   EXPECT_NEAR(render(wall_scene()).at<cv::Vec3f>(50, 70)[1], 0.5 * (0.2 + 0.6 * 0.8), 1e-6);
 }
 
+// Oren and Nayar: seen along the light a rough surface is brighter at its limb than Lambert's law has it, and darker
+// in the middle.
+TEST(Render, RoughSurfacesAreFlatter) {
+  Scene scene = white_on_black({{0, 0, 1}, Eigen::Vector3d::UnitY()});
+  scene.lighting = {0, 1, {0, 0, -1}, true, false};
+  const cv::Mat smooth = render(scene);
+  scene.parts[0].material.roughness_rad = 0.5;
+  const cv::Mat rough = render(scene);
+  const auto ratio = [&](int x) { return rough.at<cv::Vec3f>(119, x)[0] / smooth.at<cv::Vec3f>(119, x)[0]; };
+  const double a = 1 - 0.5 * 0.25 / (0.25 + 0.33);
+  const double b = 0.45 * 0.25 / (0.25 + 0.09);
+  EXPECT_NEAR(ratio(161), a, 0.01);
+  // At the angle t from the middle, light and camera both t off the normal: A + B sin t tan t.
+  const double t = std::asin(0.965 * (171 - 161.3) / (280 * 0.05));  // 0.965 m: the depth of the surface there
+  EXPECT_NEAR(ratio(171), a + b * std::sin(t) * std::tan(t), 0.015);
+}
+
 TEST(Render, HighlightWhereTheSurfaceMirrorsTheLight) {
   Scene scene = wall_scene();
   scene.lighting.light_in_cam = {0, 0, -1};

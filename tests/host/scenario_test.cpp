@@ -86,7 +86,9 @@ TEST_P(EveryScenario, ShowsThePartInsideTheImage) {
     EXPECT_EQ(scene.parts[0].cylinder.radius_m, scenario_.parts[0].radius_m);
     EXPECT_EQ(scene.parts[0].cylinder.height_m, scenario_.parts[0].height_m);
     EXPECT_NEAR(scene.parts[0].cylinder.pose.axis_in_cam.norm(), 1, 1e-12);
-    EXPECT_GT(sight_angle_deg(scene.parts[0].cylinder.pose), 28) << "frame " << frame;
+    if (scenario_.name != "along") {
+      EXPECT_GT(sight_angle_deg(scene.parts[0].cylinder.pose), 28) << "frame " << frame;
+    }
     expect_inside_image(scene);
     ASSERT_FALSE(HasFatalFailure()) << "frame " << frame;
   }
@@ -115,8 +117,9 @@ INSTANTIATE_TEST_SUITE_P(Scenario, EveryScenario, testing::ValuesIn(names()), []
 });
 
 TEST(Scenario, NamesAreKnown) {
-  EXPECT_THAT(names(), testing::ElementsAre("fig5.2", "fig5.3", "fig5.4", "fig5.5", "fig5.6", "fig5.7", "series1",
-                                            "series2", "series3", "series4", "manipulator", "occlusion", "candle"));
+  EXPECT_THAT(names(),
+              testing::ElementsAre("fig5.2", "fig5.3", "fig5.4", "fig5.5", "fig5.6", "fig5.7", "series1", "series2",
+                                   "series3", "series4", "manipulator", "occlusion", "along", "candle"));
   try {
     (void)find_scenario("series5");
     FAIL();

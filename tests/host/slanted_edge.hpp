@@ -33,6 +33,8 @@ inline Rgb light_of_codes(double r, double g, double b) {
 struct SlantedEdge {
   Rgb part = light_of_codes(200, 40, 40);  ///< where it is lit best
   Rgb background = light_of_codes(120, 120, 120);
+  Rgb second = {};        ///< waves of it in the background,
+  double texture_px = 0;  ///< this long in several directions; 0: none
   double angle_rad = 0;   ///< of the inward normal, from +x toward +y
   double phase = 0;       ///< the border passes this far inside of the picture's middle pixel
   double limb_px = 40;    ///< radius of the cylinder seen from the side, for the falloff of light; 0: evenly lit
@@ -58,19 +60,20 @@ class SlantedEdgePicture {
   explicit SlantedEdgePicture(const SlantedEdge& edge) : edge_(edge) {
     const std::vector<double> kernel = aperture();
     const int half = static_cast<int>(kernel.size() / 2);
-    std::vector<Rgb> scene;
-    for (int i = -kReach * kFine - half; i <= kReach * kFine + half; ++i) scene.push_back(light_at((i + 0.5) / kFine));
-    std::vector<Rgb> profile(static_cast<std::size_t>(2 * kReach * kFine));
-    for (std::size_t i = 0; i < profile.size(); ++i) {
+    std::vector<Share> scene;
+    for (int i = -kReach * kFine - half; i <= kReach * kFine + half; ++i) scene.push_back(share_at((i + 0.5) / kFine));
+    profile_.resize(static_cast<std::size_t>(2 * kReach * kFine));
+    for (std::size_t i = 0; i < profile_.size(); ++i) {
       for (std::size_t k = 0; k < kernel.size(); ++k) {
-        for (std::size_t c = 0; c < 3; ++c) profile[i][c] += kernel[k] * scene[i + k][c];
+        profile_[i].part += kernel[k] * scene[i + k].part;
+        profile_[i].outside += kernel[k] * scene[i + k].outside;
       }
     }
     std::mt19937 random(edge.seed);
     std::normal_distribution<double> noise(0, 1);
     for (int y = 0; y < edge.size; ++y) {
       for (int x = 0; x < edge.size; ++x) {
-        const Rgb light = blurred(profile, edge.inside(x, y));
+        const Rgb light = this->light(x, y);
         if (edge.gray) {
           put((light[0] + light[1] + light[2]) / 3, edge.noise * noise(random));
         } else {
@@ -79,6 +82,12 @@ class SlantedEdgePicture {
       }
     }
   }
+
+  /// What falls on a pixel, without noise.
+  [[nodiscard]] Rgb light(int x, int y) const { return mixed(blurred(edge_.inside(x, y)), background(x, y)); }
+
+  /// The same at a distance from the border, positive inside, before the first of the background's colours.
+  [[nodiscard]] Rgb light_at(double depth) const { return mixed(blurred(depth), edge_.background); }
 
   [[nodiscard]] ImageView view() const {
     const int bytes = edge_.gray ? 1 : 3;
@@ -90,22 +99,43 @@ class SlantedEdgePicture {
   static constexpr int kFine = 64;  // profile steps per pixel
   static constexpr int kReach = 8;  // pixels from the border beyond which blur changes nothing
 
-  [[nodiscard]] Rgb blurred(const std::vector<Rgb>& profile, double depth) const {
-    const double place = (depth + kReach) * kFine - 0.5;
-    if (place < 0 || place >= static_cast<double>(profile.size() - 1)) return light_at(depth);
-    const auto low = static_cast<std::size_t>(place);
-    const double share = place - static_cast<double>(low);
+  // How much of the part's and of the background's light comes from a place.
+  struct Share {
+    double part = 0;
+    double outside = 0;
+  };
+
+  [[nodiscard]] Rgb mixed(const Share& share, const Rgb& background) const {
     Rgb light{};
-    for (std::size_t c = 0; c < 3; ++c) light[c] = (1 - share) * profile[low][c] + share * profile[low + 1][c];
+    for (std::size_t c = 0; c < 3; ++c) light[c] = share.part * edge_.part[c] + share.outside * background[c];
     return light;
   }
 
-  [[nodiscard]] Rgb light_at(double depth) const {
-    if (depth < 0) return edge_.background;
+  // The waves are long against the blur, so it leaves them as they are.
+  [[nodiscard]] Rgb background(int x, int y) const {
+    if (edge_.texture_px == 0) return edge_.background;
+    const double turn = 2 * std::numbers::pi / edge_.texture_px;
+    const double wave = 0.5 + (std::sin(turn * (x + 0.3 * y)) + std::sin(turn * (0.8 * y - 0.5 * x) + edge_.seed)) / 4;
+    Rgb color{};
+    for (std::size_t c = 0; c < 3; ++c) color[c] = (1 - wave) * edge_.background[c] + wave * edge_.second[c];
+    return color;
+  }
+
+  [[nodiscard]] Share blurred(double depth) const {
+    const double place = (depth + kReach) * kFine - 0.5;
+    if (place < 0 || place >= static_cast<double>(profile_.size() - 1)) return share_at(depth);
+    const auto low = static_cast<std::size_t>(place);
+    const double share = place - static_cast<double>(low);
+    const Share& a = profile_[low];
+    const Share& b = profile_[low + 1];
+    return {std::lerp(a.part, b.part, share), std::lerp(a.outside, b.outside, share)};
+  }
+
+  [[nodiscard]] Share share_at(double depth) const {
+    if (depth < 0) return {0, 1};
     const double section = std::min(depth, edge_.limb_px) / edge_.limb_px - 1;  // -1 at the limb, 0 in the middle
     const double lit = edge_.limb_px > 0 ? std::sqrt(std::max(0.0, 1 - section * section)) : 1;
-    const double shade = edge_.ambient + (1 - edge_.ambient) * lit;
-    return {shade * edge_.part[0], shade * edge_.part[1], shade * edge_.part[2]};
+    return {edge_.ambient + (1 - edge_.ambient) * lit, 0};
   }
 
   // Gauss, then the square pixel seen along the normal: two boxes as wide as the normal's components.
@@ -145,6 +175,7 @@ class SlantedEdgePicture {
   }
 
   SlantedEdge edge_;
+  std::vector<Share> profile_;
   std::vector<std::uint8_t> pixels_;
 };
 

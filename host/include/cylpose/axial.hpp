@@ -7,10 +7,16 @@
 #include <cylpose/cylinder.hpp>
 #include <cylpose/edge_field.hpp>
 #include <cylpose/part.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace cylpose {
+
+/// Where on the axis, in metres from its point nearest to the camera, the base is whose rim the ray touches: `upper` is
+/// the one whose outward side is the axis's direction. None when the ray misses the infinite cylinder.
+[[nodiscard]] std::optional<double> place_of_base(const AxisLine& axis, double radius_m, const Eigen::Vector3d& ray,
+                                                  bool upper);
 
 /// Candidate centres on the axis line, best supported first, at most `max_candidates`; never empty when the region is
 /// not.

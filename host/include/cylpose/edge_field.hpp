@@ -58,6 +58,7 @@ struct PartEdges {
 struct StageTime {
   std::string_view stage;  ///< a string literal
   double milliseconds;
+  double before_end_ms = 0;  ///< of a device's command: how long before the end of the frame's last one it began
 };
 
 struct EdgeField {

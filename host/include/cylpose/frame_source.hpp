@@ -61,4 +61,8 @@ class FrameSource {
 [[nodiscard]] std::unique_ptr<FrameSource> open_frames(const std::vector<std::string>& inputs,
                                                        const FrameSourceOptions& options = {});
 
+/// The image files that open_frames would read, in its order, without reading them. Throws Error(kInput) like
+/// open_frames, and for videos and cameras.
+[[nodiscard]] std::vector<std::string> image_files(const std::vector<std::string>& inputs);
+
 }  // namespace cylpose

@@ -21,6 +21,8 @@ struct ColorGate {
   std::int32_t value;           ///< floor of max, 0..255; at least 1 unless any_hue
   std::int32_t response_r;      ///< projection on the mid hue in 1/64, at most 69; the G coefficient is minus the sum
   std::int32_t response_b;
+  std::int32_t aside_r;  ///< what a hue beside it takes away, in 1/64 of either sign, at most 128; G as above
+  std::int32_t aside_b;
   friend bool operator==(const ColorGate&, const ColorGate&) = default;
 };
 
@@ -44,14 +46,18 @@ struct ColorGate {
   return value >= gate.value;
 }
 
-/// How strongly a pixel shows the part's colour, 0..255: projection on the mid hue, 255 for the fully saturated colour,
-/// 0 for greys and for hues more than 90 degrees away. A part of any hue has no such direction: there it is the chroma
-/// (max - min) when the part has a saturation floor, else the value (max). Grey images: the code itself.
+/// How strongly a pixel shows the part's colour, 0..255: projection on the mid hue less a share of what is
+/// perpendicular to it; 255 for the fully saturated mid hue, 0 for greys and from 20 degrees outside the range on (35
+/// to 90 degrees from the mid hue), so that the part also stands out from a background of near hue. A part of any hue
+/// has no such direction: there it is the chroma (max - min) when the part has a saturation floor, else the value
+/// (max). Grey images: the code itself.
 [[nodiscard]] constexpr int response(const ColorGate& gate, int r, int g, int b) {
   if (gate.any_hue != 0) {
     return std::max({r, g, b}) - (gate.saturation_256 != 0 ? std::min({r, g, b}) : 0);
   }
-  return std::clamp((gate.response_r * (r - g) + gate.response_b * (b - g)) / 64, 0, 255);
+  const int along = gate.response_r * (r - g) + gate.response_b * (b - g);
+  const int aside = gate.aside_r * (r - g) + gate.aside_b * (b - g);
+  return std::clamp((along - (aside < 0 ? -aside : aside)) / 64, 0, 255);
 }
 
 }  // namespace cylpose

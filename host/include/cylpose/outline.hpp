@@ -21,10 +21,10 @@ enum OutlinePiece : std::size_t { kSide0 = 0, kSide1 = 1, kBase0 = 2, kBase1 = 3
 /// The place on the outline that belongs to an edge point.
 struct OutlineMatch {
   OutlinePiece piece;
-  int station;                   ///< index of the nearest station, see Outline::stations
-  Eigen::Vector3d point_in_cam;  ///< on the cylinder's contour, metres
-  Eigen::Vector2d inward;        ///< unit normal of the outline there, pointing into the part
-  double distance_px;            ///< of the edge point from the outline, positive inside
+  double share;               ///< of the way along a side from base 0 to base 1, 0..1 in pixels; 0 on bases
+  Eigen::Vector2d on_circle;  ///< cosine and sine of the angle on a base's circle (OutlineArcs); zero on sides
+  Eigen::Vector2d inward;     ///< unit normal of the outline there, pointing into the part
+  double distance_px;         ///< of the edge point from the outline, positive inside
 };
 
 class Outline {
@@ -35,16 +35,25 @@ class Outline {
   /// The nearest place of the outline whose normal agrees with the edge point's, within `max_distance_px`.
   [[nodiscard]] std::optional<OutlineMatch> match(const EdgePoint& edge, double max_distance_px) const;
 
+  /// The surface point, in metres, that bounds the view at a place on a base; at the end of a side at base 0 or 1.
+  [[nodiscard]] Eigen::Vector3d point_on_base(const OutlineMatch& match) const;
+  [[nodiscard]] Eigen::Vector3d end_of_side(std::size_t side, std::size_t base) const;
+
   /// Places spread evenly over each piece, some pixels apart: what share of the outline is seen is counted on them.
   struct Station {
     OutlinePiece piece;
     Eigen::Vector2d position_px;
-    double place;  ///< metres along the axis from the centre (sides), angle on the circle in radians (bases)
   };
-  [[nodiscard]] const std::vector<Station>& stations() const { return stations_; }
+  [[nodiscard]] std::vector<Station> stations() const;
+
+  /// Index of the station nearest to a match.
+  [[nodiscard]] std::size_t station_of(const OutlineMatch& match) const;
 
   /// The two sides as image lines, normals pointing into the part.
   [[nodiscard]] const std::array<ImageLine, 2>& sides() const { return sides_; }
+
+  /// The line through the two points of touch of base 0 or 1, its normal pointing away from the arc.
+  [[nodiscard]] const ImageLine& chord(std::size_t base) const { return chords_[base]; }
 
   /// Area inside the outline in square pixels, parts outside the image included.
   [[nodiscard]] double area_px() const;
@@ -53,25 +62,45 @@ class Outline {
   [[nodiscard]] bool within(const Eigen::Vector2d& position_px, double margin_px) const;
 
  private:
+  // The image of a base's circle: middle + (cos a by_cosine + sin a by_sine) / (1 + w . (cos a, sin a)).
+  struct CircleImage {
+    Eigen::Vector2d middle;
+    Eigen::Vector2d by_cosine;
+    Eigen::Vector2d by_sine;
+    Eigen::Vector2d w;
+
+    struct Place {
+      Eigen::Vector2d position;
+      Eigen::Vector2d tangent;  // pixels per radian
+    };
+    [[nodiscard]] Place at(const Eigen::Vector2d& on_circle) const;
+    [[nodiscard]] Eigen::Vector2d first_guess(const Eigen::Vector2d& position_px, double max_distance_px,
+                                              double cosine_sign) const;
+  };
+
   Outline(const CameraModel& camera, const PartModel& part, const CylinderPose& pose, const OutlineArcs& arcs);
 
-  [[nodiscard]] Eigen::Vector2d arc_tangent(int base, double angle) const;
-  void add_stations(OutlinePiece piece, double from, double to);
-  [[nodiscard]] Eigen::Vector3d point_at(OutlinePiece piece, double place) const;
-  [[nodiscard]] std::optional<OutlineMatch> match_side(int side, const EdgePoint& edge, double max_distance_px) const;
-  [[nodiscard]] std::optional<OutlineMatch> match_base(int base, const EdgePoint& edge, double max_distance_px) const;
+  [[nodiscard]] CircleImage image_of_circle(const CameraModel& camera, std::size_t base) const;
+  void count_stations();
+  [[nodiscard]] double angle_at(std::size_t base, double share) const;
+  [[nodiscard]] Eigen::Vector2d cut_to_arc(std::size_t base, const Eigen::Vector2d& on_circle) const;
+  [[nodiscard]] std::optional<OutlineMatch> match_side(std::size_t side, const EdgePoint& edge,
+                                                       double max_distance_px) const;
+  [[nodiscard]] std::optional<OutlineMatch> match_base(std::size_t base, const EdgePoint& edge,
+                                                       double max_distance_px) const;
 
-  CameraModel camera_;
   double radius_m_;
-  double height_m_;
-  CylinderPose pose_;
   OutlineArcs arcs_;
+  std::array<std::array<Eigen::Vector3d, 2>, 2> side_ends_;  ///< per side its ends at base 0 and base 1
   std::array<ImageLine, 2> sides_;
-  std::array<Eigen::Vector3d, 2> touch_;  ///< on each side's line of touch, at the centre's height
+  std::array<Eigen::Vector2d, 2> side_from_;   ///< pixel of the end at base 0
+  std::array<Eigen::Vector2d, 2> side_along_;  ///< from there to the other end, divided by the length squared
+  std::array<CircleImage, 2> circles_;
   std::array<ImageLine, 2> chords_;  ///< per base, through its two points of touch; the normal points into the part
-  std::array<double, 2> arc_turn_;   ///< +1 where the part lies to the left of the arc's tangent (x right, y down)
-  std::vector<Station> stations_;
-  std::array<int, kOutlinePieces + 1> first_station_;
+  std::array<Eigen::Vector2d, 2> arc_middle_;  ///< cosine and sine of the angle halfway along each arc
+  std::array<Eigen::Vector2d, 2> arc_half_;    ///< cosine and sine of half its span
+  std::array<double, 2> arc_turn_;             ///< +1 where the part lies to the left of the tangent (x right, y down)
+  std::array<int, kOutlinePieces> stations_of_;  ///< how many stations each piece has
 };
 
 }  // namespace cylpose

@@ -24,9 +24,9 @@ enum class PoseStatus : std::uint8_t {
 
 struct PoseEstimate {
   PoseStatus status = PoseStatus::kNone;
-  std::string reason;  ///< for kNone: the test that fired, in words
+  std::string reason;  ///< for kNone and kPredicted: the test that fired, in words
 
-  CylinderPose pose;  ///< valid unless kNone; sign of the axis fixed (with_fixed_sign)
+  CylinderPose pose;  ///< valid unless kNone; sign of the axis fixed (with_fixed_sign), or continuous (PoseFilter)
 
   /// Covariance of (x, y, z of the centre in metres, then rotations about the fixed x, y, z axes of the camera frame in
   /// radians). Rank 5 would be the truth: the unobservable roll about the axis has the variance kUnobservableRoll.
@@ -36,7 +36,8 @@ struct PoseEstimate {
   int support = 0;    ///< number of supporting edge points
   double seen = 0;    ///< share of the predicted outline inside the image that edge points support, 0..1
 
-  std::array<ImageLine, 2> sides{};  ///< pixels of the ideal camera; valid unless kNone
+  /// Pixels of the ideal camera; valid unless kNone. Normals are zero where no side is seen: in views along the axis.
+  std::array<ImageLine, 2> sides{ImageLine{Eigen::Vector2d::Zero(), 0}, ImageLine{Eigen::Vector2d::Zero(), 0}};
 
   [[nodiscard]] double sigma_axis_rad() const;  ///< root of the larger variance of the axis direction
 };

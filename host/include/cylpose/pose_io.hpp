@@ -66,11 +66,15 @@ struct PoseRow {
   double timestamp_s = 0;
   std::string part;
   PoseStatus status = PoseStatus::kNone;
+  std::string reason;  ///< for kNone: the test that fired; CSV files do not hold it
   CylinderPose pose;
   Eigen::Vector3d sigma_center_m = Eigen::Vector3d::Zero();
   double sigma_axis_deg = 0;
   double rms_px = 0;
 };
+
+/// The row that a writer writes for the estimate.
+[[nodiscard]] PoseRow pose_row(std::int64_t frame, double timestamp_s, std::string part, const PoseEstimate& estimate);
 
 /// Reads a poses file, CSV or JSON lines (told apart by its first character). Throws Error(kInput) that names file,
 /// line and value for a wrong header, rows cut short, numbers that are not finite, axes that are no unit vectors.

@@ -3,6 +3,7 @@
 
 #include <cylpose/camera.hpp>
 #include <cylpose/edge_field.hpp>
+#include <cylpose/ellipse.hpp>
 #include <cylpose/estimator.hpp>
 #include <cylpose/line.hpp>
 #include <cylpose/part.hpp>
@@ -22,15 +23,30 @@ struct CheckOptions {
   /// The same for each of the two sides; a base seen less than this counts as hidden.
   double min_side_seen = 0.2;
   /// Root mean square distance of the supporting points in pixels.
-  double max_rms_px = 0.8;
+  double max_rms_px = 0.6;
+  /// The same where the outline is hardly longer than wide (views along the axis): many things look like that.
+  double max_blob_rms_px = 0.4;
+  /// Coloured pixels per pixel of such an outline. Above: what is seen is larger, or something else of the part's colour
+  /// is about that may as well be meant.
+  double max_blob_fill = 1.1;
   /// Where one base is hidden (seen less than `min_side_seen`), the other one's curvature is all that tells the part's
   /// side from the edge of an occluder that lies along it: root mean square distance of that base's points in pixels.
   double max_lone_base_rms_px = 0.45;
+  /// How far both sides may go on beyond a base that is not seen, as a share of the part's length in the picture: what
+  /// is longer than the part is not the part (> 0).
+  double max_overrun = 0.15;
   /// Share of the edge points inside the outline's band that support it. What an occluder or a second object of the
   /// colour contributes lowers it. Range 0..1.
   double min_explained = 0.4;
   /// Coloured pixels per pixel of the predicted outline. Below: the outline is larger than what was seen.
   double min_fill = 0.35;
+  /// Share of a base's rim that must be seen where it is most of the outline (views along the axis): the sides are then
+  /// too short to be asked for. Range 0..1.
+  double min_rim_seen = 0.8;
+  /// How much likelier than any other pose far from it (10 degrees or a fourth of the height) a pose must be by its
+  /// residuals: the logarithm of the ratio, neighbouring points that err alike counted as one (> 0). Lower gives more
+  /// poses, and with badly located edges wrong ones.
+  double min_evidence = 6;
 
   [[nodiscard]] bool is_valid(std::string* why) const;
 };
@@ -42,6 +58,7 @@ struct SolveOptions {
   int min_segment_length = 10;     ///< points; shorter straight pieces carry no direction. At least 2
   LineOptions line;
   SidePairOptions pair;
+  EllipseOptions ellipse;
   RefineOptions refine;
   CheckOptions check;
 

@@ -26,6 +26,10 @@ struct RefineOptions {
   /// Standard deviation, in pixels, of what all edge points of one side or base have in common (shading, blur): it does
   /// not average out over the points and bounds the covariance from below.
   double common_edge_sigma_px = 0.03;
+  /// The same for points whose errors clump, in standard deviations of their clumped part: what pulls neighbours alike
+  /// (texture, things behind the part) also moves the whole side. The value makes the mean normalised error of rendered
+  /// scenes that of their degrees of freedom (docs/accuracy.md).
+  double common_edge_share = 2;
 
   [[nodiscard]] bool is_valid(std::string* why) const;
 };
@@ -41,15 +45,35 @@ struct RefinedPose {
   std::array<int, kOutlinePieces> piece_stations;   ///< number of stations inside the image
 };
 
+/// A pose on the way: good enough to be compared with others.
+struct CoarsePose {
+  CylinderPose pose;
+  int support;    ///< number of points within `final_gate_px` of the outline
+  double rms_px;  ///< of their distances
+};
+
+/// The first rounds, from a closed-form pose to one that the edges support. As many points as `thinned` leaves suffice.
+/// None when fewer than `kMinSupport` points support the outline or the solution leaves the field of view.
+[[nodiscard]] std::optional<CoarsePose> refine_coarsely(const CameraModel& camera, const PartModel& part,
+                                                        const CylinderPose& start, std::span<const EdgePoint> points,
+                                                        const RefineOptions& options);
+
 /// Minimises the distances of the edge points from the outline over the centre (3) and the axis direction (2), with
 /// Cauchy weights. The first-order change of the outline with the pose is that of the contour's surface points
-/// (docs/algorithm.md, "Refinement"). `start` also serves as a weak prior for the place along the axis, with a standard
-/// deviation of half the height, so that hidden bases leave a large variance and not a singular problem.
-/// None when fewer than `kMinSupport` points support the outline or the solution leaves the field of view.
+/// (docs/algorithm.md, "Refinement"). `start`, no farther off than `final_gate_px`, also serves as a weak prior for the
+/// place along the axis, with a standard deviation of half the height, so that hidden bases leave a large variance and
+/// not a singular problem. None as above.
+[[nodiscard]] std::optional<RefinedPose> refine_finely(const CameraModel& camera, const PartModel& part,
+                                                       const CylinderPose& start, std::span<const EdgePoint> points,
+                                                       const RefineOptions& options);
+
+/// Both, the first with a part of the points.
 [[nodiscard]] std::optional<RefinedPose> refine(const CameraModel& camera, const PartModel& part,
                                                 const CylinderPose& start, std::span<const EdgePoint> points,
                                                 const RefineOptions& options);
 
 inline constexpr int kMinSupport = 12;
+/// As many points as the first rounds need.
+inline constexpr std::size_t kPointsToComeNear = 250;
 
 }  // namespace cylpose

@@ -41,6 +41,9 @@ struct Material {
   Texture texture;
   double specular = 0;   ///< share of the light that a mirror-like direction adds, 0..1
   double exponent = 30;  ///< the larger the smaller the highlight
+  /// Spread of the slopes of a rough surface's facets, radians (Oren and Nayar 1994, without interreflection): the limb
+  /// gets brighter with it. 0: diffuse as Lambert has it. Range 0..1.
+  double roughness_rad = 0;
 };
 
 struct CylinderSolid {

@@ -1,0 +1,234 @@
+#include "contest.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cylpose/contour.hpp>
+#include <cylpose/outline.hpp>
+#include <cylpose/refine.hpp>
+#include <limits>
+#include <numbers>
+#include <cstdio>
+#include <cstdlib>
+#include <utility>
+
+namespace cylpose {
+namespace {
+
+// Hypotheses that are refined, of those entered together; the others are only compared by what they explain.
+constexpr std::size_t kMaxRefined = 3;
+// Edge points by which hypotheses are compared.
+constexpr std::size_t kPointsToCompare = 200;
+// Hypotheses so near to each other lead to the same pose; poses so near to each other are the same.
+constexpr double kSameStartPx = 1;
+constexpr double kSameEndPx = 0.05;
+// A coarse pose supported by fewer points than this share of the best one's is not refined.
+constexpr double kWorthRefining = 0.8;
+// A solution rated higher leaves nothing for another hypothesis to explain.
+constexpr double kClearlyRight = 0.7;
+// Edges that lie so near to an outline that passed the self-check leave little to other views.
+constexpr double kTightPx = 0.25;
+// Poses farther apart than this are different answers; nearer ones are one answer with a larger covariance.
+constexpr double kOtherAxis = 10 * std::numbers::pi / 180;
+constexpr double kOtherCenter = 0.25;  // of the height
+
+// Whether two poses show the same outline to within a small part of a pixel: the ends of the axis, and the widths
+// there.
+bool look_alike(const CameraModel& camera, const PartModel& part, const CylinderPose& a, const CylinderPose& b,
+                double tolerance_px) {
+  const double turn = a.axis_in_cam.dot(b.axis_in_cam) < 0 ? -1 : 1;
+  for (const double end : {-0.5, 0.5}) {
+    const Eigen::Vector3d end_a = a.center_in_cam + end * part.height_m * a.axis_in_cam;
+    const Eigen::Vector3d end_b = b.center_in_cam + turn * end * part.height_m * b.axis_in_cam;
+    const double width_a = 2 * part.radius_m * camera.fx / end_a.z();
+    const double width_b = 2 * part.radius_m * camera.fx / end_b.z();
+    if (!((ideal_pixel(camera, end_a) - ideal_pixel(camera, end_b)).norm() < tolerance_px)) return false;
+    if (!(std::abs(width_a - width_b) < tolerance_px)) return false;
+  }
+  return true;
+}
+
+// Of the two widths of the outline at its ends: what differs between a pose and its mirror image is twice this.
+double perspective_px(const CameraModel& camera, const PartModel& part, const CylinderPose& pose) {
+  const double half = part.height_m / 2 * pose.axis_in_cam.z();
+  const double z = pose.center_in_cam.z();
+  return std::abs(2 * part.radius_m * camera.fx * (1 / (z - half) - 1 / (z + half)));
+}
+
+// Whether the mirror image's residuals would stand out: they are about a fourth of what differs.
+bool perspective_tells(const CameraModel& camera, const PartModel& part, const PoseEstimate& estimate) {
+  constexpr double kTellingPx = 0.5;
+  constexpr double kTellingSigmas = 10;
+  return perspective_px(camera, part, estimate.pose) > kTellingPx + kTellingSigmas * estimate.rms_px;
+}
+
+CylinderPose mirror_image(const CylinderPose& pose) {
+  const Eigen::Vector3d sight = pose.center_in_cam.normalized();
+  return {pose.center_in_cam, pose.axis_in_cam - 2 * pose.axis_in_cam.dot(sight) * sight};
+}
+
+// Centre, then rotation that turns one axis into the other, whatever their signs.
+Eigen::Matrix<double, 6, 1> difference(const CylinderPose& from, const CylinderPose& to) {
+  const double turn = from.axis_in_cam.dot(to.axis_in_cam) < 0 ? -1 : 1;
+  const Eigen::Vector3d sine = turn * from.axis_in_cam.cross(to.axis_in_cam);
+  Eigen::Matrix<double, 6, 1> change;
+  change << to.center_in_cam - from.center_in_cam,
+      sine.normalized() * std::atan2(sine.norm(), turn * from.axis_in_cam.dot(to.axis_in_cam));
+  return change;
+}
+
+bool is_ok(const Solution& solution) {
+  return solution.estimate.status == PoseStatus::kOk;
+}
+
+}  // namespace
+
+Contest::Contest(const CameraModel& camera, const PartModel& part, const SolveOptions& options,
+                 const RegionStatistics& region, const std::vector<EdgePoint>& points, const std::vector<Chain>& chains)
+    : camera_(camera),
+      part_(part),
+      options_(options),
+      judge_(camera, part, options, region, points, chains), n_points_(points.size()), m00_(region.m00),
+      to_compare_(thinned(points, kPointsToCompare)),
+      to_come_near_(thinned(points, kPointsToComeNear)) {}
+
+std::optional<Hypothesis> Contest::hypothesis(const CylinderPose& pose) const {
+  const auto outline = Outline::of(camera_, part_, pose);
+  if (!outline || to_compare_.empty()) return std::nullopt;
+  const auto explained = std::count_if(to_compare_.begin(), to_compare_.end(), [&](const EdgePoint& point) {
+    return outline->match(point, options_.refine.first_gate_px);
+  });
+  return Hypothesis{pose, static_cast<double>(explained) / static_cast<double>(to_compare_.size())};
+}
+
+void Contest::enter(std::vector<Hypothesis> hypotheses) {
+  std::stable_sort(hypotheses.begin(), hypotheses.end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.explained > b.explained; });
+  if (hypotheses.size() > kMaxRefined) hypotheses.resize(kMaxRefined);
+  std::vector<CylinderPose> tried;
+  std::vector<CoarsePose> coarse;
+  for (const Hypothesis& hypothesis : hypotheses) {
+    const bool known = std::any_of(tried.begin(), tried.end(), [&](const CylinderPose& other) {
+      return look_alike(camera_, part_, hypothesis.pose, other, kSameStartPx);
+    });
+    if (known) continue;
+    tried.push_back(hypothesis.pose);
+    const auto reached = refine_coarsely(camera_, part_, hypothesis.pose, to_come_near_, options_.refine);
+    if (reached) coarse.push_back(*reached);
+  }
+  std::stable_sort(coarse.begin(), coarse.end(),
+                   [](const CoarsePose& a, const CoarsePose& b) { return a.support > b.support; });
+  for (const CoarsePose& pose : coarse) {
+    if (pose.support < kWorthRefining * coarse.front().support) return;
+    finish(pose);
+    if (is_decided()) return;
+  }
+}
+
+void Contest::enter(std::span<const CylinderPose> poses) {
+  std::vector<Hypothesis> hypotheses;
+  for (const CylinderPose& pose : poses) {
+    if (const auto made = hypothesis(pose)) hypotheses.push_back(*made);
+  }
+  enter(std::move(hypotheses));
+}
+
+void Contest::enter_end_on(std::span<const FittedEllipse> ellipses) {
+  for (const FittedEllipse& ellipse : ellipses) {
+    if (auto solution = judge_.end_on(ellipse)) solutions_.push_back(std::move(*solution));
+  }
+}
+
+void Contest::enter_mirror_image() {
+  const Solution* first = leader();
+  if (first == nullptr || first->is_end_on) return;
+  const PoseEstimate& estimate = first->estimate;
+  if (perspective_tells(camera_, part_, estimate)) return;
+  const auto coarse = refine_coarsely(camera_, part_, mirror_image(estimate.pose), to_come_near_, options_.refine);
+  if (coarse) finish(*coarse);
+}
+
+void Contest::finish(const CoarsePose& coarse) {
+  const bool known = std::any_of(finished_.begin(), finished_.end(), [&](const CylinderPose& other) {
+    return look_alike(camera_, part_, coarse.pose, other, kSameEndPx);
+  });
+  if (known) return;
+  finished_.push_back(coarse.pose);
+  if (auto solution = judge_.refined(coarse)) solutions_.push_back(std::move(*solution));
+}
+
+// How far edges of the part lie from its outline: as far as the best fit with many of them says.
+double Contest::edge_sigma_px() const {
+  constexpr double kMinSigmaPx = 0.05;
+  int most = 0;
+  for (const Solution& solution : solutions_) most = std::max(most, solution.estimate.support);
+  double sigma_px = std::numeric_limits<double>::infinity();
+  for (const Solution& solution : solutions_) {
+    if (2 * solution.estimate.support > most) sigma_px = std::min(sigma_px, solution.estimate.rms_px);
+  }
+  return std::max(kMinSigmaPx, sigma_px);
+}
+
+const Solution* Contest::leader() const {
+  const double sigma_px = edge_sigma_px();
+  const auto found =
+      std::min_element(solutions_.begin(), solutions_.end(), [&](const Solution& a, const Solution& b) {
+        return judge_.misfit(a, sigma_px) < judge_.misfit(b, sigma_px);
+      });
+  return found == solutions_.end() ? nullptr : &*found;
+}
+
+bool Contest::fits_tightly() const {
+  const Solution* first = leader();
+  return first != nullptr && is_ok(*first) && !first->shows_a_rim && first->estimate.rms_px < kTightPx &&
+         perspective_tells(camera_, part_, first->estimate);
+}
+
+bool Contest::is_decided() const {
+  const Solution* first = leader();
+  // A rim alone may tilt either way.
+  return first != nullptr && is_ok(*first) && !first->shows_a_rim && first->rating > kClearlyRight;
+}
+
+// The leader; but of what explains the edges about as well, the view of a base alone, whose covariance covers all that
+// could hide behind it, and otherwise a pose that passes the self-check before one that does not.
+const Solution* Contest::preferred() const {
+  const Solution* first = leader();
+  const double sigma_px = edge_sigma_px();
+  const Solution* chosen = first;
+  for (const Solution& solution : solutions_) {
+    if (!is_ok(solution) || judge_.evidence(*first, solution, sigma_px) > options_.check.min_evidence) continue;
+    const bool better = !is_ok(*chosen) || (solution.is_end_on && !chosen->is_end_on) ||
+                        (solution.is_end_on == chosen->is_end_on && judge_.misfit(solution, sigma_px) < judge_.misfit(*chosen, sigma_px));
+    if (better) chosen = &solution;
+  }
+  return chosen;
+}
+
+PoseEstimate Contest::verdict() const {
+  if (solutions_.empty()) return no_pose("no pose explains the edges");
+  const Solution& chosen = *preferred();
+  const double sigma_px = edge_sigma_px();
+  if (getenv("CYL_DBG")) for (const Solution& o : solutions_) { const auto& p=o.estimate.pose; const double area=Outline::of(camera_,part_,p)?Outline::of(camera_,part_,p)->area_px():0; fprintf(stderr,"DBG len %.2f %s ok%d endon%d rim%d tilt %.1f d %.2f rms %.2f seen %.2f sup %d/%zu rating %.2f misfit %.1f clump %.1f fill %.2f ev %.1f px %.0f %.0f %s\n",[&]{ auto oo=Outline::of(camera_,part_,p); if(!oo) return 0.0; return (ideal_pixel(camera_,Eigen::Vector3d(p.center_in_cam+0.2*p.axis_in_cam))-ideal_pixel(camera_,Eigen::Vector3d(p.center_in_cam-0.2*p.axis_in_cam))).norm()/(0.1*camera_.fx/p.center_in_cam.z());}(),&o==&chosen?"*":" ",is_ok(o),o.is_end_on,o.shows_a_rim,std::acos(std::min(1.0,std::abs(p.axis_in_cam.dot(p.center_in_cam.normalized()))))*57.3,p.center_in_cam.norm(),o.estimate.rms_px,o.estimate.seen,o.estimate.support,n_points_,o.rating,judge_.misfit(o,sigma_px),o.clumping,static_cast<double>(m00_)/area,judge_.evidence(chosen,o,sigma_px),ideal_pixel(camera_,p.center_in_cam).x(),ideal_pixel(camera_,p.center_in_cam).y(),o.estimate.reason.c_str()); }
+  if (!is_ok(chosen)) return no_pose(chosen.estimate.reason);
+  PoseEstimate estimate = chosen.estimate;
+  for (const Solution& other : solutions_) {
+    if (&other == &chosen || !is_ok(other)) continue;
+    const Eigen::Matrix<double, 6, 1> change = difference(estimate.pose, other.estimate.pose);
+    const double evidence = judge_.evidence(chosen, other, sigma_px);
+    if (change.head<3>().norm() > kOtherCenter * part_.height_m || change.tail<3>().norm() > kOtherAxis) {
+      if (evidence < options_.check.min_evidence) {
+        return no_pose(fmt::format(
+            "two poses explain the outline equally, their axes {:.0f} deg and their centres {:.0f} mm apart",
+            change.tail<3>().norm() * 180 / std::numbers::pi, 1000 * change.head<3>().norm()));
+      }
+    } else if (!chosen.is_end_on) {
+      estimate.covariance += change * change.transpose() / (1 + std::exp(std::min(evidence, 100.0)));
+    }
+  }
+  return estimate;
+}
+
+}  // namespace cylpose

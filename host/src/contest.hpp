@@ -1,0 +1,70 @@
+// Hypotheses of one part in one frame against each other: which one is reported, and whether any may be.
+#pragma once
+
+#include <cylpose/camera.hpp>
+#include <cylpose/cylinder.hpp>
+#include <cylpose/ellipse.hpp>
+#include <cylpose/part.hpp>
+#include <cylpose/pose.hpp>
+#include <cylpose/pose_solver.hpp>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "solution.hpp"
+
+namespace cylpose {
+
+struct Hypothesis {
+  CylinderPose pose;
+  double explained;  ///< share of the edge points near its outline
+};
+
+/// Keeps references: what it is made from must outlive it.
+class Contest {
+ public:
+  Contest(const CameraModel& camera, const PartModel& part, const SolveOptions& options, const RegionStatistics& region,
+          const std::vector<EdgePoint>& points, const std::vector<Chain>& chains);
+
+  /// None for a pose that has no outline.
+  [[nodiscard]] std::optional<Hypothesis> hypothesis(const CylinderPose& pose) const;
+
+  /// Refines those that explain most, each place once, until one is clearly right.
+  void enter(std::vector<Hypothesis> hypotheses);
+  void enter(std::span<const CylinderPose> poses);
+
+  /// Enters the views along the axis in which one of the ellipses is all that shows.
+  void enter_end_on(std::span<const FittedEllipse> ellipses);
+
+  /// Enters the leader's mirror image, the axis reflected in the plane across the line of sight, where the outlines
+  /// differ so little that the leader's residuals may hide it: only perspective tells one from the other.
+  void enter_mirror_image();
+
+  /// True when a solution leaves nothing for another hypothesis to explain.
+  [[nodiscard]] bool is_decided() const;
+
+  /// True when the best solution passes the self-check, the edges lie close to its outline, and so much closer than to
+  /// its mirror image's that no view of a base alone can be meant.
+  [[nodiscard]] bool fits_tightly() const;
+
+  /// The best solution; `none` with the reason when there is none, when it fails the self-check, or when another one
+  /// explains the outline as well (CheckOptions::min_evidence).
+  [[nodiscard]] PoseEstimate verdict() const;
+
+ private:
+  [[nodiscard]] double edge_sigma_px() const;
+  [[nodiscard]] const Solution* leader() const;
+  [[nodiscard]] const Solution* preferred() const;
+  void finish(const CoarsePose& coarse);  // refines it unless that was done
+
+  const CameraModel& camera_;
+  const PartModel& part_;
+  const SolveOptions& options_;
+  Judge judge_; std::size_t n_points_=0; long m00_=0;
+  std::vector<EdgePoint> to_compare_;
+  std::vector<EdgePoint> to_come_near_;
+  std::vector<CylinderPose> finished_;
+  std::vector<Solution> solutions_;
+};
+
+}  // namespace cylpose

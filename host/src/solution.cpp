@@ -1,0 +1,336 @@
+#include "solution.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cylpose/axial.hpp>
+#include <cylpose/base_pose.hpp>
+#include <cylpose/refine.hpp>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace cylpose {
+namespace {
+
+// Edge points by which solutions are compared.
+constexpr std::size_t kPointsToJudge = 400;
+// Edge points this far inside the outline that do not belong to it are clutter.
+constexpr double kClutterMarginPx = 3;
+// An outline's place that is not seen counts against a pose, but less than an edge that it does not explain: whatever
+// hides the one shows the other.
+constexpr double kUnseenWeight = 0.25;
+// A rating above this needs all of the outline, seen and well explained: nothing else looks like that.
+constexpr double kClearlyRight = 0.85;
+// What a point that does not belong to the outline costs: as much as one that is three standard deviations off it.
+constexpr double kOutlierCost = 4.5;
+// A base whose rim is more than this share of the outline: the view is along the axis, the sides are short.
+constexpr double kMinRimShare = 0.6;
+
+// The outline's area inside the image, taken to be the share of its stations that lie there.
+double visible_area(const CameraModel& camera, const Outline& outline) {
+  const auto stations = outline.stations();
+  const auto inside = std::count_if(stations.begin(), stations.end(), [&](const Outline::Station& station) {
+    const auto& p = station.position_px;
+    return p.x() >= 0 && p.y() >= 0 && p.x() < camera.width && p.y() < camera.height;
+  });
+  return outline.area_px() * static_cast<double>(inside) / static_cast<double>(stations.size());
+}
+
+// The chains' points one after the other, thinned to about `at_most`.
+std::vector<EdgePoint> along_chains(const std::vector<EdgePoint>& points, const std::vector<Chain>& chains,
+                                    std::size_t at_most) {
+  std::vector<EdgePoint> in_order;
+  for (const Chain& chain : chains) {
+    for (const int i : chain) in_order.push_back(points[static_cast<std::size_t>(i)]);
+  }
+  return thinned(in_order, at_most);
+}
+
+// The base whose rim is most of the outline, if any.
+std::optional<std::size_t> main_rim(const RefinedPose& refined, int stations) {
+  for (const std::size_t base : {std::size_t{kBase0}, std::size_t{kBase1}}) {
+    if (refined.piece_stations[base] > kMinRimShare * stations) return base;
+  }
+  return std::nullopt;
+}
+
+// Whether the outline is hardly longer than wide, so that little but its size tells it from other round things.
+bool is_blob(const CameraModel& camera, const PartModel& part, const CylinderPose& pose) {
+  constexpr double kMaxLengthOfWidth = 1.5;  // from base to base
+  const Eigen::Vector3d half = part.height_m / 2 * pose.axis_in_cam;
+  const Eigen::Vector2d length_px =
+      ideal_pixel(camera, pose.center_in_cam + half) - ideal_pixel(camera, pose.center_in_cam - half);
+  const double width_px = 2 * part.radius_m * camera.fx / pose.center_in_cam.z();
+  return length_px.norm() < kMaxLengthOfWidth * width_px;
+}
+
+// How far a side goes on beyond the end at `base`, by the edge points on its line there, in pixels: a longer part than
+// ours, seen where no base of ours is.
+double overrun_px(const CameraModel& camera, const Outline& outline, std::size_t side, std::size_t base,
+                  std::span<const EdgePoint> points, double gate_px) {
+  constexpr double kMinNormalCosine = 0.95;
+  const ImageLine& line = outline.sides()[side];
+  const Eigen::Vector2d end = ideal_pixel(camera, outline.end_of_side(side, base));
+  const Eigen::Vector2d onward = (end - ideal_pixel(camera, outline.end_of_side(side, 1 - base))).normalized();
+  return static_cast<double>(std::ranges::count_if(points, [&](const EdgePoint& point) {
+    return onward.dot(point.position_px - end) > gate_px &&
+           std::abs(signed_distance(line, point.position_px)) <= gate_px &&
+           line.normal.dot(point.inward) > kMinNormalCosine;
+  }));
+}
+
+void fail(PoseEstimate& estimate, std::string reason) {
+  if (estimate.status == PoseStatus::kOk) {
+    estimate.status = PoseStatus::kNone;
+    estimate.reason = std::move(reason);
+  }
+}
+
+}  // namespace
+
+PoseEstimate no_pose(std::string reason) {
+  PoseEstimate estimate;
+  estimate.reason = std::move(reason);
+  return estimate;
+}
+
+void Judge::Hearing::matched(double distance_px) {
+  residuals_px.push_back(distance_px);
+  ++count_;
+  squares_ += distance_px * distance_px;
+  block_sum_ += distance_px;
+  if (++in_block_ == kBlock) {
+    ++blocks_;
+    block_squares_ += block_sum_ * block_sum_ / kBlock;
+    in_block_ = 0;
+    block_sum_ = 0;
+  }
+}
+
+void Judge::Hearing::unmatched(bool inside) {
+  residuals_px.push_back(std::numeric_limits<double>::infinity());
+  clutter += inside ? 1 : 0;
+}
+
+// Variance of the blocks' means over what it would be if neighbours erred independently (survey sampling's design
+// effect).
+double Judge::Hearing::clumping() const {
+  if (blocks_ == 0 || squares_ == 0) return kBlock;
+  return std::max(1.0, block_squares_ / blocks_ / (squares_ / count_));
+}
+
+Judge::Judge(const CameraModel& camera, const PartModel& part, const SolveOptions& options,
+             const RegionStatistics& region, const std::vector<EdgePoint>& points, const std::vector<Chain>& chains)
+    : camera_(camera),
+      part_(part),
+      options_(options),
+      region_(region),
+      points_(points),
+      judges_(along_chains(points, chains, kPointsToJudge)) {}
+
+std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
+  const auto refined = refine_finely(camera_, part_, coarse.pose, points_, options_.refine);
+  if (!refined) return std::nullopt;
+  const auto outline = Outline::of(camera_, part_, refined->pose);
+  if (!outline) return std::nullopt;
+
+  double hits = 0;
+  int stations = 0;
+  for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
+    hits += refined->piece_seen[piece] * refined->piece_stations[piece];
+    stations += refined->piece_stations[piece];
+  }
+  Solution solution;
+  PoseEstimate& estimate = solution.estimate;
+  estimate.status = PoseStatus::kOk;
+  estimate.pose = with_fixed_sign(refined->pose);
+  estimate.covariance = refined->covariance;
+  estimate.rms_px = refined->rms_px;
+  estimate.support = refined->support;
+  estimate.seen = hits / std::max(1, stations);
+  estimate.sides = outline->sides();
+
+  const double side_seen = std::min(refined->piece_seen[kSide0], refined->piece_seen[kSide1]);
+  if (estimate.seen < options_.check.min_seen) {
+    fail(estimate, fmt::format("only {:.0f} % of the outline seen", 100 * estimate.seen));
+  }
+  const auto rim = main_rim(*refined, stations);
+  solution.shows_a_rim = rim.has_value();
+  solution.is_blob = is_blob(camera_, part_, refined->pose);
+  const bool rim_is_seen = rim && refined->piece_seen[*rim] >= options_.check.min_rim_seen;
+  if (side_seen < options_.check.min_side_seen && !rim_is_seen) {
+    fail(estimate, fmt::format("only {:.0f} % of a side seen", 100 * side_seen));
+  }
+  for (const std::size_t lone_base : {std::size_t{kBase0}, std::size_t{kBase1}}) {
+    const std::size_t other_base = kBase0 + kBase1 - lone_base;
+    const double rms_px = refined->piece_rms_px[lone_base];
+    if (refined->piece_seen[other_base] < options_.check.min_side_seen &&
+        rms_px > options_.check.max_lone_base_rms_px) {
+      fail(estimate, fmt::format("the only base seen fits badly ({:.2f} px)", rms_px));
+    }
+    if (refined->piece_seen[other_base] < options_.check.min_side_seen)
+      fail_if_longer(estimate, *outline, other_base - kBase0);
+  }
+
+  Hearing hearing;
+  std::vector<EdgePoint> unexplained;
+  for (const EdgePoint& point : judges_) {
+    if (const auto match = outline->match(point, options_.refine.final_gate_px)) {
+      hearing.matched(match->distance_px);
+    } else {
+      unexplained.push_back(point);
+      hearing.unmatched(outline->within(point.position_px, kClutterMarginPx));
+    }
+  }
+  for (const std::size_t base : {std::size_t{0}, std::size_t{1}}) {
+    if (refined->piece_seen[kBase0 + base] < 0.5) fail_if_of_other_length(estimate, refined->pose, base, unexplained);
+  }
+  judge(solution, std::move(hearing), visible_area(camera_, *outline));
+  return solution;
+}
+
+// Both sides of a longer cylinder go on; one alone may be an occluder's edge.
+void Judge::fail_if_longer(PoseEstimate& estimate, const Outline& outline, std::size_t base) const {
+  const double gate_px = options_.refine.final_gate_px;
+  const double beyond_px = std::min(overrun_px(camera_, outline, 0, base, points_, gate_px),
+                                    overrun_px(camera_, outline, 1, base, points_, gate_px));
+  const double length_px =
+      (ideal_pixel(camera_, outline.end_of_side(0, 0)) - ideal_pixel(camera_, outline.end_of_side(0, 1))).norm();
+  if (beyond_px > options_.check.max_overrun * length_px) {
+    fail(estimate, fmt::format("the sides go on for {:.0f} px beyond the part's end", beyond_px));
+  }
+}
+
+// An occluder hides an end, but it does not show the rim of one at another place: then what is seen is a part of
+// another length. A rim seen so flat that an occluder's straight edge would look the same tells nothing.
+void Judge::fail_if_of_other_length(PoseEstimate& estimate, const CylinderPose& pose, std::size_t base,
+                                    std::span<const EdgePoint> unexplained) const {
+  constexpr double kMinAxisCosine = 0.5;
+  constexpr double kMinRimSeen = 0.5;
+  constexpr double kMinBulgePx = 2;
+  const Eigen::Vector3d& axis = pose.axis_in_cam;
+  const double middle = axis.dot(pose.center_in_cam);
+  const AxisLine line{pose.center_in_cam - middle * axis, axis};
+  const Eigen::Vector3d step = axis * (part_.height_m / 100);
+  const Eigen::Vector2d axis_image =
+      (ideal_pixel(camera_, pose.center_in_cam + step) - ideal_pixel(camera_, pose.center_in_cam - step)).normalized();
+  const double outward = base == 0 ? -1 : 1;
+  std::vector<double> places;
+  for (const EdgePoint& point : unexplained) {
+    if (-outward * point.inward.dot(axis_image) < kMinAxisCosine) continue;
+    const auto place = place_of_base(line, part_.radius_m, ideal_ray(camera_, point.position_px), base == 1);
+    if (place) places.push_back(*place);
+  }
+  if (static_cast<int>(places.size()) < kMinSupport / 2) return;
+  std::nth_element(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(places.size() / 2), places.end());
+  const double seen_end = places[places.size() / 2];
+  const double other_end = middle - outward * part_.height_m / 2;
+  PartModel other = part_;
+  other.height_m = outward * (seen_end - other_end);
+  if (!(other.height_m > 0)) return;
+  const auto outline =
+      Outline::of(camera_, other, {line.point_in_cam + (seen_end + other_end) / 2 * axis, pose.axis_in_cam});
+  if (!outline) return;
+
+  const std::size_t rim = kBase0 + base;
+  const std::vector<Outline::Station> stations = outline->stations();
+  std::vector<bool> seen(stations.size(), false);
+  for (const EdgePoint& point : unexplained) {
+    const auto match = outline->match(point, options_.refine.final_gate_px);
+    if (match && match->piece == rim) seen[outline->station_of(*match)] = true;
+  }
+  const ImageLine chord = outline->chord(base);
+  int count = 0;
+  double bulge_px = 0;
+  for (const Outline::Station& station : stations) {
+    if (station.piece != rim) continue;
+    ++count;
+    bulge_px = std::max(bulge_px, -signed_distance(chord, station.position_px));
+  }
+  const auto hits = std::count(seen.begin(), seen.end(), true);
+  if (bulge_px >= kMinBulgePx && static_cast<double>(hits) >= kMinRimSeen * count) {
+    fail(estimate, fmt::format("an end is seen at {:.3g} m of the other, the part is {:.3g} m long", other.height_m,
+                               part_.height_m));
+  }
+}
+
+std::optional<Solution> Judge::end_on(const FittedEllipse& base) const {
+  const auto view = end_on_view(camera_, part_, base, points_, options_.refine.common_edge_sigma_px);
+  if (!view) return std::nullopt;
+  Solution solution;
+  solution.is_end_on = true;
+  solution.shows_a_rim = true;
+  solution.is_blob = true;
+  PoseEstimate& estimate = solution.estimate;
+  estimate.status = PoseStatus::kOk;
+  estimate.pose = with_fixed_sign(view->pose);
+  estimate.covariance = view->covariance;
+  estimate.rms_px = view->rms_px;
+  estimate.support = view->support;
+  estimate.seen = view->seen;
+  if (estimate.seen < options_.check.min_rim_seen) {
+    fail(estimate, fmt::format("seen along its axis, but only {:.0f} % of the near base", 100 * estimate.seen));
+  }
+
+  Hearing hearing;
+  for (const EdgePoint& point : judges_) {
+    const double distance_px = base.ellipse.signed_distance(point.position_px);
+    const bool matches = std::abs(distance_px) <= options_.refine.final_gate_px &&
+                         base.ellipse.inward(point.position_px).dot(point.inward) > 0;
+    if (matches) {
+      hearing.matched(distance_px);
+    } else {
+      hearing.unmatched(distance_px > kClutterMarginPx);
+    }
+  }
+  const Eigen::Vector2d half_axes_px = base.ellipse.half_axes_px();
+  judge(solution, std::move(hearing), std::numbers::pi * half_axes_px.prod());
+  return solution;
+}
+
+void Judge::judge(Solution& solution, Hearing hearing, double area_px) const {
+  PoseEstimate& estimate = solution.estimate;
+  const CheckOptions& check = options_.check;
+  const double per_judge =
+      static_cast<double>(points_.size()) / static_cast<double>(std::max<std::size_t>(1, judges_.size()));
+  const double explained = estimate.support / (estimate.support + hearing.clutter * per_judge);
+  const double fill = area_px > 0 ? static_cast<double>(region_.m00) / area_px : 0;
+  solution.unseen = estimate.support / per_judge * (1 - estimate.seen) / std::max(estimate.seen, 0.01);
+  solution.rating = estimate.seen * explained / (1 + estimate.rms_px);
+  solution.clumping = hearing.clumping();
+  solution.residuals_px = std::move(hearing.residuals_px);
+  if (estimate.rms_px > (solution.is_blob ? check.max_blob_rms_px : check.max_rms_px)) {
+    fail(estimate, fmt::format("edges {:.2f} px off the outline", estimate.rms_px));
+  }
+  const bool is_clear = !solution.is_end_on && solution.rating > kClearlyRight;
+  if (solution.is_blob && !is_clear && fill > check.max_blob_fill) {
+    fail(estimate, fmt::format("seen along its axis, but {:.0f} % more of the part's colour than that shows",
+                               100 * (fill - 1)));
+  }
+  if (explained < check.min_explained) {
+    fail(estimate, fmt::format("outline explains only {:.0f} % of the edges in it", 100 * explained));
+  }
+  if (fill < check.min_fill) {
+    fail(estimate, fmt::format("only {:.0f} % of the outline has the part's colour", 100 * fill));
+  }
+}
+
+double Judge::misfit(const Solution& solution, double sigma_px) const {
+  double sum = kUnseenWeight * kOutlierCost * solution.unseen;
+  for (const double residual_px : solution.residuals_px) {
+    const double in_sigmas = residual_px / sigma_px;
+    sum += std::min(kOutlierCost, in_sigmas * in_sigmas / 2);
+  }
+  return sum;
+}
+
+double Judge::evidence(const Solution& a, const Solution& b, double sigma_px) const {
+  // So many points count as one; and what they have in common is no noise, but an error that may as well be larger.
+  constexpr double kMaxDistrust = 3;
+  const double clumping = std::max(a.clumping, b.clumping);
+  return (misfit(b, sigma_px) - misfit(a, sigma_px)) / (clumping * std::min(clumping, kMaxDistrust));
+}
+
+}  // namespace cylpose

@@ -1,0 +1,91 @@
+// A hypothesis brought to the edges, and what speaks for and against it.
+#pragma once
+
+#include <cylpose/camera.hpp>
+#include <cylpose/contour.hpp>
+#include <cylpose/cylinder.hpp>
+#include <cylpose/ellipse.hpp>
+#include <cylpose/outline.hpp>
+#include <cylpose/part.hpp>
+#include <cylpose/pose.hpp>
+#include <cylpose/pose_solver.hpp>
+#include <cylpose/refine.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace cylpose {
+
+struct Solution {
+  PoseEstimate estimate;     ///< the pose, whatever the status; kNone with the self-check's test that it failed
+  bool is_end_on = false;    ///< a base is all that shows
+  bool shows_a_rim = false;  ///< a base's rim is most of what shows
+  bool is_blob = false;      ///< the outline is hardly longer than wide
+  double rating = 0;         ///< of how much is seen and explained, and how tightly; 1 would be perfect
+  std::vector<double> residuals_px;  ///< of the judging points; infinite for those that do not belong to the outline
+  double unseen = 0;                 ///< places of the outline where no judging point is, as a number of points
+  double clumping = 1;               ///< how many neighbouring points err alike: so many count as one
+};
+
+[[nodiscard]] PoseEstimate no_pose(std::string reason);
+
+/// Judges the hypotheses of one part in one frame. Keeps references: what it is made from must outlive it.
+class Judge {
+ public:
+  /// `chains` index `points`.
+  Judge(const CameraModel& camera, const PartModel& part, const SolveOptions& options, const RegionStatistics& region,
+        const std::vector<EdgePoint>& points, const std::vector<Chain>& chains);
+
+  /// Refines the pose on all edge points of its outline. None where that leads nowhere.
+  [[nodiscard]] std::optional<Solution> refined(const CoarsePose& coarse) const;
+
+  /// Takes the ellipse for the near base that hides all the rest. None where it cannot be that.
+  [[nodiscard]] std::optional<Solution> end_on(const FittedEllipse& base) const;
+
+  /// Negative logarithm of the likelihood of the judging points, the outline's points `sigma_px` off it and others
+  /// anywhere.
+  [[nodiscard]] double misfit(const Solution& solution, double sigma_px) const;
+
+  /// How much likelier `a` is than `b`: the logarithm of the ratio. Negative where `b` is likelier.
+  [[nodiscard]] double evidence(const Solution& a, const Solution& b, double sigma_px) const;
+
+ private:
+  // What the judging points say of an outline, one after the other along the chains.
+  class Hearing {
+   public:
+    void matched(double distance_px);
+    void unmatched(bool inside);
+    [[nodiscard]] double clumping() const;
+
+    int clutter = 0;  // inside, but not on the outline
+    std::vector<double> residuals_px;
+
+   private:
+    static constexpr int kBlock = 16;
+
+    int count_ = 0;
+    double squares_ = 0;
+    int in_block_ = 0;
+    double block_sum_ = 0;
+    int blocks_ = 0;
+    double block_squares_ = 0;
+  };
+
+  void fail_if_longer(PoseEstimate& estimate, const Outline& outline, std::size_t base) const;
+
+  void fail_if_of_other_length(PoseEstimate& estimate, const CylinderPose& pose, std::size_t base,
+                               std::span<const EdgePoint> unexplained) const;
+
+  // Fills in the share explained, rating and misfit, and lets the tests that all views share decide.
+  void judge(Solution& solution, Hearing hearing, double area_px) const;
+
+  const CameraModel& camera_;
+  const PartModel& part_;
+  const SolveOptions& options_;
+  const RegionStatistics& region_;
+  const std::vector<EdgePoint>& points_;
+  std::vector<EdgePoint> judges_;
+};
+
+}  // namespace cylpose
