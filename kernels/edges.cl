@@ -1,5 +1,5 @@
 // Edge pixels: local maxima of the response's gradient near the mask's border, in any order; and the sum of the part's
-// light inside of them.
+// light inside of the strong ones.
 //
 // Band: pixels within distance 2 of the mask's border, 64 at a time. Over the 5x5 square around a pixel
 //   wide = OR of the mask, core = AND of the mask (pixels that do not exist left out), band = wide and not core.
@@ -83,9 +83,11 @@ CYL_INLINE short16 response_of(const KernelGate* gate, Colors colors) {
   }
   const short16 rg = convert_short16(colors.red) - convert_short16(colors.green);
   const short16 bg = convert_short16(colors.blue) - convert_short16(colors.green);
-  // At most 70 * 255 on either side of zero.
-  const short16 projection = (short)gate->response_r * rg + (short)gate->response_b * bg;
-  return min(max(projection, (short16)0) >> (short)6, (short16)255);
+  // At most 70 * 255 and 128 * 255 on either side of zero.
+  const short16 along = (short)gate->response_r * rg + (short)gate->response_b * bg;
+  const short16 aside = (short)gate->aside_r * rg + (short)gate->aside_b * bg;
+  const short16 rest = max(along, (short16)0) - max(aside, -aside);
+  return min(max(rest, (short16)0) >> (short)6, (short16)255);
 #endif
 }
 
@@ -213,8 +215,10 @@ static void find_in_window(const Window* window, uint band, const global uchar* 
     }
     const int cosine = cosine_of(gx, gy);
 #if CYL_CHANNELS != 1
-    const Line line = line_through(image, frame, x + lane, row, gx, gy, cosine);
-    add_light(sum, &line, gate, light);
+    if (here >= frame->strong) {
+      const Line line = line_through(image, frame, x + lane, row, gx, gy, cosine);
+      add_light(sum, &line, gate, light);
+    }
 #endif
     KernelEdge* edge = &found[count++];
     edge->x = (short)(frame->origin_x + x + lane);

@@ -43,6 +43,19 @@ class Registry {
   std::vector<BackendInfo> infos_;
 };
 
+class WholeDetection final : public DetectionEnd {
+ public:
+  WholeDetection(Backend& backend, const DetectRequest& request) : backend_(backend), request_(request) {}
+
+  [[nodiscard]] EdgeField field() override {
+    return backend_.detect(request_.image, request_.search, request_.parts, request_.options);
+  }
+
+ private:
+  Backend& backend_;
+  DetectRequest request_;
+};
+
 }  // namespace
 
 bool DetectOptions::is_valid(std::string* why) const {
@@ -57,7 +70,18 @@ bool DetectOptions::is_valid(std::string* why) const {
     return refuse("edge_low is " + std::to_string(edge_low) + "; it must be 1 to edge_high (" +
                   std::to_string(edge_high) + ") levels per pixel");
   }
+  if (rows.first < 0 || rows.end < rows.first) {
+    return refuse("rows are " + std::to_string(rows.first) + " to " + std::to_string(rows.end) +
+                  "; the first must be at least 0 and at most the end");
+  }
+  if (with_mask && rows != Rows()) {
+    return refuse("a mask was asked for together with a choice of rows; ask for one of the two");
+  }
   return true;
+}
+
+void Backend::detect_async(const DetectRequest& request, const OnDetected& done) {
+  done(std::make_shared<WholeDetection>(*this, request));
 }
 
 Roi usable_search(const ImageView& image, const Roi& search, const DetectOptions& options) {

@@ -12,4 +12,8 @@ std::unique_ptr<OpenclBackend> make_opencl_backend(const OpenclOptions& /*option
   throw Error(ErrorKind::kDevice, "this build of cylpose has no OpenCL; build it with -DCYLPOSE_WITH_OPENCL=ON");
 }
 
+std::string_view kernel_hash() {
+  return "none";
+}
+
 }  // namespace cylpose

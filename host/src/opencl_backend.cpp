@@ -1,12 +1,17 @@
 // The kernels of kernels/ behind the Backend interface.
+#include <algorithm>
 #include <cylpose/error.hpp>
 #include <cylpose/gate.hpp>
 #include <cylpose/opencl_devices.hpp>
+#include <exception>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "builtin_backends.hpp"
 #include "opencl/device.hpp"
 #include "opencl/device_list.hpp"
+#include "opencl/kernel_source.hpp"
 #include "opencl/results.hpp"
 #include "opencl/team.hpp"
 #include "option_check.hpp"
@@ -16,7 +21,6 @@ namespace cylpose {
 namespace {
 
 using opencl::KernelGate;
-using opencl::StripTask;
 
 // The hue test without branches: lo.p >= 0 and hi.p <= 0 as two sums that must not be negative; for a wide range its
 // complement, lo.p < 0 and hi.p > 0; for any hue two sums of nothing.
@@ -35,8 +39,76 @@ KernelGate kernel_gate(const ColorGate& gate) {
   result.value = gate.value;
   result.response_r = gate.response_r;
   result.response_b = gate.response_b;
+  result.aside_r = gate.aside_r;
+  result.aside_b = gate.aside_b;
   return result;
 }
+
+// One frame from the start of its kernels to its edge field.
+class DeviceDetection final : public DetectionEnd {
+ public:
+  // Starts; a failure comes out of field().
+  DeviceDetection(opencl::Team& team, const DetectRequest& request, bool profile) : team_(team), profile_(profile) {
+    try {
+      start(request);
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+  }
+
+  // Where nothing was started, nothing ends: at once.
+  void when_done(std::function<void()> then) const {
+    if (run_) {
+      run_->when_done(std::move(then));
+    } else {
+      then();
+    }
+  }
+
+  [[nodiscard]] EdgeField field() override {
+    if (failure_) std::rethrow_exception(failure_);
+    if (!run_) return std::move(field_);
+    std::vector<opencl::DoneStrip> strips = team_.finish(*std::exchange(run_, std::nullopt));
+    clock_.lap("devices");
+    opencl::collect(strips, field_);
+    for (opencl::DoneStrip& strip : strips) strip.lease.succeed();
+    clock_.lap("collect");
+    if (!profile_) field_.times = clock_.times();
+    return std::move(field_);
+  }
+
+ private:
+  void start(const DetectRequest& request) {
+    field_.searched = usable_search(request.image, request.search, request.options);
+    field_.parts.resize(request.parts.size());
+    if (request.parts.size() > opencl::kMostParts) {
+      throw Error(ErrorKind::kInput, std::to_string(request.parts.size()) +
+                                         " parts are too many for the opencl backend; at most " +
+                                         std::to_string(opencl::kMostParts));
+    }
+    if (request.parts.empty()) return;
+    const int end_row = std::min(request.options.rows.end, field_.searched.height);
+    const int first_row = std::min(request.options.rows.first, end_row);
+    if (field_.searched.empty() || first_row == end_row) {
+      if (request.options.with_mask) {
+        for (PartEdges& part : field_.parts) part.mask.roi = field_.searched;
+      }
+      return;
+    }
+    gates_.reserve(request.parts.size());
+    for (const PartModel& part : request.parts) gates_.push_back(kernel_gate(make_gate(part)));
+    clock_.skip();
+    run_ = team_.start({request.image, field_.searched, first_row, end_row, gates_, request.options});
+  }
+
+  opencl::Team& team_;
+  bool profile_;
+  EdgeField field_;
+  std::vector<KernelGate> gates_;  // the run reads them
+  StageClock clock_;
+  std::exception_ptr failure_;
+  std::optional<opencl::Team::Run> run_;
+};
 
 class DeviceBackend final : public OpenclBackend {
  public:
@@ -58,34 +130,12 @@ class DeviceBackend final : public OpenclBackend {
 
   [[nodiscard]] EdgeField detect(const ImageView& image, const Roi& search, std::span<const PartModel> parts,
                                  const DetectOptions& options) override {
-    EdgeField field;
-    field.searched = usable_search(image, search, options);
-    field.parts.resize(parts.size());
-    if (parts.size() > opencl::kMostParts) {
-      throw Error(ErrorKind::kInput, std::to_string(parts.size()) +
-                                         " parts are too many for the opencl backend; at most " +
-                                         std::to_string(opencl::kMostParts));
-    }
-    if (parts.empty()) return field;
-    if (field.searched.empty()) {
-      if (options.with_mask) {
-        for (PartEdges& part : field.parts) part.mask.roi = field.searched;
-      }
-      return field;
-    }
-    std::vector<KernelGate> gates;
-    gates.reserve(parts.size());
-    for (const PartModel& part : parts) gates.push_back(kernel_gate(make_gate(part)));
+    return DeviceDetection(team_, {image, search, parts, options}, profile_).field();
+  }
 
-    StageClock clock;
-    const StripTask frame{image, field.searched, 0, field.searched.height, gates, options};
-    std::vector<opencl::DoneStrip> strips = team_.run(frame);
-    clock.lap("devices");
-    opencl::collect(strips, field);
-    for (opencl::DoneStrip& strip : strips) strip.lease.succeed();
-    clock.lap("collect");
-    if (!profile_) field.times = clock.times();
-    return field;
+  void detect_async(const DetectRequest& request, const OnDetected& done) override {
+    const auto detection = std::make_shared<DeviceDetection>(team_, request, profile_);
+    detection->when_done([detection, done] { done(detection); });
   }
 
  private:
@@ -127,6 +177,10 @@ std::unique_ptr<OpenclBackend> make_opencl_backend(const OpenclOptions& options)
     throw Error(ErrorKind::kInput, "options of the opencl backend: " + why);
   }
   return std::make_unique<DeviceBackend>(options);
+}
+
+std::string_view kernel_hash() {
+  return opencl::kernel_hash();
 }
 
 std::unique_ptr<Backend> make_default_opencl_backend() {

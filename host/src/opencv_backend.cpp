@@ -75,13 +75,19 @@ cv::Mat response_of(const cv::Mat& image, const cv::Mat& hsv, const ColorGate& g
     // Channel by channel: several times as fast as cv::transform.
     std::array<cv::Mat, 3> channels;
     cv::split(image, channels.data());
-    const auto [red, blue] = format == PixelFormat::kBgr8 ? std::pair(2U, 0U) : std::pair(0U, 2U);
-    cv::Mat red_green;
+    const std::size_t red = format == PixelFormat::kBgr8 ? 2 : 0;
+    const std::size_t blue = 2 - red;
     cv::Mat wide_blue;
-    cv::addWeighted(channels[red], gate.response_r / 64.0, channels[1], -(gate.response_r + gate.response_b) / 64.0, 0,
-                    red_green, CV_16S);
     channels[blue].convertTo(wide_blue, CV_16S);
-    cv::addWeighted(red_green, 1, wide_blue, gate.response_b / 64.0, 0, result, CV_8U);
+    const auto combined = [&](int of_red, int of_blue) {
+      cv::Mat red_green;
+      cv::Mat sum;
+      cv::addWeighted(channels[red], of_red / 64.0, channels[1], -(of_red + of_blue) / 64.0, 0, red_green, CV_16S);
+      cv::addWeighted(red_green, 1, wide_blue, of_blue / 64.0, 0, sum);
+      return sum;
+    };
+    const cv::Mat aside = cv::abs(combined(gate.aside_r, gate.aside_b));
+    cv::subtract(combined(gate.response_r, gate.response_b), aside, result, cv::noArray(), CV_8U);
   } else {
     cv::extractChannel(hsv, result, 2);
     if (gate.saturation_256 != 0) {
@@ -116,6 +122,16 @@ std::vector<EdgePixel> edges_of(const cv::Mat& response_image, const cv::Mat& ba
                      gy, 0, gx * gx + gy * gy >= strong ? EdgeStrength::kStrong : EdgeStrength::kWeak});
   }
   return edges;
+}
+
+// Leaves of a part what lies in `rows`.
+void keep_rows(const Rows& rows, const cv::Mat& mask, const Roi& searched, PartEdges& part) {
+  const int end = std::min(rows.end, mask.rows);
+  const int first = std::min(rows.first, end);
+  if (first == 0 && end == mask.rows) return;
+  part.region = statistics_of(mask.rowRange(first, end), {searched.x, searched.y + first, mask.cols, end - first});
+  std::erase_if(part.edges,
+                [&](const EdgePixel& edge) { return edge.y < searched.y + first || edge.y >= searched.y + end; });
 }
 
 Mask copied(const cv::Mat& mask, const Roi& searched) {
@@ -180,10 +196,11 @@ class OpencvBackend final : public Backend {
       band -= core;
       const cv::Mat response_image = response_of(pixels(local), gray ? cv::Mat() : hsv(local), gates[i], image.format);
       part.edges = edges_of(response_image, band, {near.x, near.y}, options);
+      keep_rows(options.rows, masks[i], field.searched, part);
     }
     clock.lap("edges");
 
-    for (std::size_t i = 0; i < parts.size(); ++i) {
+    for (std::size_t i = 0; options.locate && i < parts.size(); ++i) {
       locate_edges(image, field.searched, gates[i], options.transfer, field.parts[i].edges);
     }
     clock.lap("locate");

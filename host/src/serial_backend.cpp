@@ -68,10 +68,11 @@ class SerialBackend final : public Backend {
       if (part.region.m00 == 0) continue;
       const Mask band = serial::border_band(masks[i], part.region.box);
       part.edges = serial::find_edges(image, field.searched, gates[i], band, options);
+      serial::keep_rows(options.rows, masks[i], part);
     }
     clock.lap("edges");
 
-    for (std::size_t i = 0; i < masks.size(); ++i) {
+    for (std::size_t i = 0; options.locate && i < masks.size(); ++i) {
       locate_edges(image, field.searched, gates[i], options.transfer, field.parts[i].edges);
     }
     clock.lap("locate");

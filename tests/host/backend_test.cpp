@@ -79,6 +79,19 @@ TEST(Backends, RegistrationFromSeveralThreadsLosesNothing) {
   EXPECT_EQ(backends().size(), before + 100);
 }
 
+TEST(Backends, WithoutADriverTheWholeDetectionIsLeftToTheEnd) {
+  const auto serial = make_backend("serial");
+  const std::vector<std::uint8_t> pixels(std::size_t{3} * 8 * 6, 200);
+  const ImageView image{pixels.data(), 8, 6, 24, PixelFormat::kBgr8};
+  const PartModel part{"any", 1, 1, 0, 360, 0, 0.1};
+  std::shared_ptr<DetectionEnd> end;
+  serial->detect_async({image, image.bounds(), {&part, 1}, {}}, [&](auto ended) { end = std::move(ended); });
+  ASSERT_NE(end, nullptr);
+  EXPECT_EQ(end->field().parts.at(0).region, serial->detect(image, image.bounds(), {&part, 1}, {}).parts.at(0).region);
+  serial->detect_async({{}, {}, {&part, 1}, {}}, [&](auto ended) { end = std::move(ended); });
+  EXPECT_THAT(error_of([&] { static_cast<void>(end->field()); }), HasSubstr("empty"));
+}
+
 TEST(DetectOptions, DefaultsAreValid) {
   std::string why;
   EXPECT_TRUE(DetectOptions{}.is_valid(&why)) << why;

@@ -29,14 +29,16 @@ using testing::TestImage;
 
 constexpr std::array kFormats{PixelFormat::kBgr8, PixelFormat::kRgb8, PixelFormat::kGray8};
 
-// How the kernels are run: as on CPUs; as on GPUs, with many work-items in a group, each with little to do; and in
-// strips on two devices (one device twice does as well), with seams where they never are in practice.
+// How the kernels are run: as on CPUs; as on GPUs, with many work-items in a group, each with little to do; in
+// strips on two devices (one device twice does as well), with seams where they never are in practice; and on copies, as
+// devices without shared memory need them.
 struct Tuning {
   const char* name;
   int group_size = 0;
   int span_words = 0;
   const char* device = "";
   int strip_rows = 0;
+  bool copy_frames = false;
 };
 
 std::ostream& operator<<(std::ostream& out, const Tuning& tuning) {
@@ -55,6 +57,7 @@ class Differential : public ::testing::TestWithParam<Tuning> {
       options.span_words = tuning.span_words;
       options.device = tuning.device;
       options.strip_rows = tuning.strip_rows;
+      options.copy_frames = tuning.copy_frames;
       backend = make_opencl_backend(options);
     }
     return *backend;
@@ -78,12 +81,12 @@ class Differential : public ::testing::TestWithParam<Tuning> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Kernels, Differential,
-                         ::testing::Values(Tuning{"default"}, Tuning{"groups_of_4", 4, 1},
-                                           Tuning{"groups_of_64", 64, 3},
-                                           Tuning{"strips_of_two_devices", 0, 0, "0,0", 5},
-                                           Tuning{"strips_of_one_row", 0, 0, "0,0", 1}),
-                         [](const auto& tuning) { return tuning.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Kernels, Differential,
+    ::testing::Values(Tuning{"default"}, Tuning{"groups_of_4", 4, 1}, Tuning{"groups_of_64", 64, 3},
+                      Tuning{"strips_of_two_devices", 0, 0, "0,0", 5}, Tuning{"strips_of_one_row", 0, 0, "0,0", 1},
+                      Tuning{"copied_in_strips", 0, 0, "0,0", 7, true}, Tuning{"copied", 0, 0, "", 0, true}),
+    [](const auto& tuning) { return tuning.param.name; });
 
 TEST_P(Differential, AnySizeAndFormat) {
   std::mt19937 random(11);
@@ -159,6 +162,39 @@ TestImage drawn(int width, int height, const std::function<bool(int x, int y)>& 
     for (int x = 0; x < width; ++x) std::ranges::copy(inside(x, y) ? kRed : kBlue, image.pixel(x, y));
   }
   return image;
+}
+
+TEST_P(Differential, StripsWithTheirHaloAreTheFrame) {
+  std::mt19937 random(21);
+  const std::unique_ptr<Backend> serial = make_backend("serial");
+  DetectOptions options;
+  options.locate = false;
+  for (const PixelFormat format : kFormats) {
+    const TestImage image = random_image(131, 61, random, format, 3);
+    const Roi search{5, 3, 120, 55};
+    const EdgeField whole = serial->detect(image.view(), search, four_parts(), options);
+    for (const int rows : {1, 4, 13, 55}) {
+      std::vector<std::vector<EdgePixel>> edges(four_parts().size());
+      std::vector<std::int64_t> areas(four_parts().size());
+      for (int first = 0; first < search.height; first += rows) {
+        const Roi tall = intersection({5, 3 + first - kStripHalo, 120, rows + 2 * kStripHalo}, search);
+        options.rows = {3 + first - tall.y, std::min(3 + first + rows, search.bottom()) - tall.y};
+        const EdgeField strip = opencl().detect(image.view(), tall, four_parts(), options);
+        const EdgeField expected = serial->detect(image.view(), tall, four_parts(), options);
+        for (std::size_t part = 0; part < areas.size(); ++part) {
+          EXPECT_EQ(strip.parts[part].region, expected.parts[part].region);
+          const std::vector<EdgePixel>& found = strip.parts[part].edges;
+          edges[part].insert(edges[part].end(), found.begin(), found.end());
+          areas[part] += strip.parts[part].region.m00;
+        }
+      }
+      options.rows = {};
+      for (std::size_t part = 0; part < areas.size(); ++part) {
+        EXPECT_EQ(edges[part], whole.parts[part].edges);
+        EXPECT_EQ(areas[part], whole.parts[part].region.m00);
+      }
+    }
+  }
 }
 
 TEST_P(Differential, PatternsThatMaskLogicMayGetWrong) {

@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <condition_variable>
 #include <cstdlib>
 #include <cylpose/error.hpp>
+#include <deque>
+#include <mutex>
 #include <random>
 #include <string>
 #include <thread>
@@ -196,6 +199,99 @@ TEST(OpenclBackend, ADeviceThatIsLateIsAnError) {
   EXPECT_THAT(error_of(ErrorKind::kDevice,
                        [&] { static_cast<void>(impatient->detect(image, image.bounds(), four_parts(), {})); }),
               AllOf(HasSubstr("did not answer within 1 ms"), HasSubstr(impatient->devices().at(0).name)));
+}
+
+// Hands over to a queue, as a program's own threads would take it.
+class EndQueue {
+ public:
+  [[nodiscard]] OnDetected entrance() {
+    return [this](std::shared_ptr<DetectionEnd> end) {
+      const std::scoped_lock lock(mutex_);
+      ends_.push_back(std::move(end));
+      changed_.notify_one();
+    };
+  }
+
+  [[nodiscard]] std::shared_ptr<DetectionEnd> next() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return !ends_.empty(); });
+    std::shared_ptr<DetectionEnd> end = std::move(ends_.front());
+    ends_.pop_front();
+    return end;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::shared_ptr<DetectionEnd>> ends_;
+};
+
+TEST(OpenclBackend, ManyFramesUnderWayWithoutAWaitingThreadGiveTheAnswerOfSerial) {
+  const auto serial = make_backend("serial");
+  for (const std::string device : {"0", "0,0"}) {  // one strip, and several
+    OpenclOptions options = on(device);
+    options.strip_rows = device == "0" ? 0 : 30;
+    const auto backend = make_opencl_backend(options);
+    std::mt19937 random(6);
+    std::vector<TestImage> images;
+    for (int i = 0; i < 12; ++i) images.push_back(random_image(200, 100, random));
+    std::size_t edges = 0;
+    for (int round = 0; round < 5; ++round) {
+      std::vector<EndQueue> queues(images.size());
+      for (std::size_t i = 0; i < images.size(); ++i) {
+        backend->detect_async({images[i].view(), images[i].view().bounds(), four_parts(), {}}, queues[i].entrance());
+      }
+      for (std::size_t i = 0; i < images.size(); ++i) {
+        const EdgeField field = queues[i].next()->field();
+        const EdgeField expected = serial->detect(images[i].view(), images[i].view().bounds(), four_parts(), {});
+        EXPECT_EQ(field.searched, expected.searched);
+        ASSERT_EQ(field.parts.size(), four_parts().size());
+        for (std::size_t part = 0; part < field.parts.size(); ++part) {
+          EXPECT_EQ(field.parts[part].region, expected.parts[part].region);
+          EXPECT_EQ(field.parts[part].edges, expected.parts[part].edges);
+          edges += field.parts[part].edges.size();
+        }
+      }
+    }
+    EXPECT_GT(edges, 10000U) << "there must be something to compare";
+  }
+}
+
+TEST(OpenclBackend, AnEndThatNobodyWantsLeavesTheImageAlone) {
+  const auto backend = make_opencl_backend();
+  std::mt19937 random(7);
+  for (int i = 0; i < 20; ++i) {
+    const TestImage image = random_image(300, 200, random);
+    EndQueue queue;
+    backend->detect_async({image.view(), image.view().bounds(), four_parts(), {}}, queue.entrance());
+    queue.next().reset();
+  }
+  const TestImage image = random_image(300, 200, random);
+  expect_equal(*backend, image.view(), image.view().bounds(), four_parts());
+}
+
+TEST(OpenclBackend, WithoutAWaitingThreadFailuresComeOutOfTheEnd) {
+  const auto backend = make_opencl_backend();
+  EndQueue queue;
+  backend->detect_async({{}, {}, four_parts(), {}}, queue.entrance());
+  EXPECT_THAT(error_of(ErrorKind::kInput, [&] { static_cast<void>(queue.next()->field()); }),
+              HasSubstr("image is empty"));
+}
+
+TEST(OpenclBackend, TheWatchdogEndsWhatNoThreadWaitsFor) {
+  // Never freed, not even at exit: the device goes on reading it.
+  static const auto& pixels = *new std::vector<std::uint8_t>(std::size_t{3} * 12000 * 12000, 77);
+  const ImageView image{pixels.data(), 12000, 12000, std::ptrdiff_t{3} * 12000, PixelFormat::kBgr8};
+  OpenclOptions options;
+  options.timeout = std::chrono::milliseconds(1);
+  const auto impatient = make_opencl_backend(options);
+  // The first run may compile, and has more time.
+  EXPECT_EQ(impatient->detect(image, {0, 0, 64, 64}, four_parts(), {}).parts.size(), four_parts().size());
+  EndQueue queue;
+  impatient->detect_async({image, image.bounds(), four_parts(), {}}, queue.entrance());
+  const std::shared_ptr<DetectionEnd> end = queue.next();
+  EXPECT_THAT(error_of(ErrorKind::kDevice, [&] { static_cast<void>(end->field()); }),
+              HasSubstr("did not answer within 1 ms"));
 }
 
 TEST(OpenclBackend, ServesSeveralThreadsAtOnce) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cylpose/error.hpp>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -31,6 +32,7 @@ class FakeJob final : public StripJob {
   void start_finding(const StripTask& task) override;
   void start_locating(std::span<const ColorSum> colors) override;
   [[nodiscard]] bool wait() override;
+  void when_done(std::function<void()> then) override;
   [[nodiscard]] bool busy() const override { return busy_; }
   [[nodiscard]] double milliseconds() const override;
   [[nodiscard]] std::span<const ColorSum> colors() const override { return colors_; }
@@ -69,7 +71,8 @@ class FakeWorker final : public Worker {
   }
 
   std::vector<Step> failing;
-  int room_for_rows = 1 << 20;  ///< edges a job has room for
+  std::vector<std::function<void()>> ends;  ///< what when_done was told
+  int room_for_rows = 1 << 20;              ///< edges a job has room for
   int taken = 0;
   int returned = 0;
   std::vector<int> rows_done;
@@ -107,6 +110,9 @@ bool FakeJob::wait() {
   colors_[0].high[0] = static_cast<CylU32>(light >> 32);
   return true;
 }
+void FakeJob::when_done(std::function<void()> then) {
+  worker_.ends.push_back(std::move(then));
+}
 double FakeJob::milliseconds() const {
   return worker_.ms_per_row_ * (task_.end_row - task_.first_row);
 }
@@ -132,7 +138,7 @@ class Teams : public ::testing::Test {
 
   // Runs a frame and expects strips that cover it once, in order.
   static std::size_t expect_done(Team& team, int rows) {
-    std::vector<DoneStrip> strips = team.run(frame(rows));
+    std::vector<DoneStrip> strips = team.finish(team.start(frame(rows)));
     int next = 0;
     for (DoneStrip& strip : strips) {
       EXPECT_EQ(strip.task.first_row, next);
@@ -203,19 +209,36 @@ TEST_F(Teams, WhereNobodyIsLeftItIsAnError) {
   FakeWorker b;
   a.failing = b.failing = {Step::kWait};
   Team two = team({&a, &b}, 10);
-  EXPECT_THROW(static_cast<void>(two.run(frame(100))), Error);
+  EXPECT_THROW(static_cast<void>(two.finish(two.start(frame(100)))), Error);
   EXPECT_THAT(lost_, ElementsAre(0, 1));
-  EXPECT_THROW(static_cast<void>(two.run(frame(100))), Error);
+  EXPECT_THROW(static_cast<void>(two.finish(two.start(frame(100)))), Error);
 }
 
 TEST_F(Teams, AnOnlyWorkerMayRecover) {
   FakeWorker worker;
   worker.failing = {Step::kStart};
   Team one = team({&worker});
-  EXPECT_THROW(static_cast<void>(one.run(frame(100))), Error);
+  EXPECT_THROW(static_cast<void>(one.finish(one.start(frame(100)))), Error);
   worker.failing.clear();
   EXPECT_EQ(expect_done(one, 100), 1U);
   EXPECT_TRUE(lost_.empty());
+}
+
+TEST_F(Teams, ARunIsDoneWhenAllItsStripsAre) {
+  FakeWorker a;
+  FakeWorker b;
+  a.failing = {Step::kFind};  // a start that failed keeps nobody waiting
+  Team two = team({&a, &b}, 10);
+  Team::Run run = two.start(frame(40));
+  int done = 0;
+  run.when_done([&] { ++done; });
+  ASSERT_THAT(b.ends, SizeIs(2));
+  EXPECT_THAT(a.ends, SizeIs(0));
+  b.ends[0]();
+  EXPECT_EQ(done, 0);
+  b.ends[1]();
+  EXPECT_EQ(done, 1);
+  EXPECT_THAT(two.finish(std::move(run)), SizeIs(4));
 }
 
 TEST_F(Teams, MoreEdgesThanRoomAreStartedAgain) {

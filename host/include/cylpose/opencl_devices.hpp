@@ -45,6 +45,9 @@ struct OpenclOptions {
   bool cache_programs = true;
   /// Where to keep them. Empty: cylpose/ in $XDG_CACHE_HOME, else in ~/.cache.
   std::filesystem::path cache_dir;
+  /// Copy every frame to the device, even where reading it in place was quicker when the backend was made. A device
+  /// that is late then has no hold on the caller's image. Costs the copy: some 0.1 ms for 1280x720.
+  bool copy_frames = false;
   /// Called once for a device that fails or is late: the others do its work from then on. From any thread that detects.
   /// Where no other is left, detect throws instead.
   std::function<void(const OpenclDevice& device, const std::string& why)> on_device_lost;
@@ -67,5 +70,9 @@ class OpenclBackend : public Backend {
 /// not work. After a timeout in detect the device may still be reading the image: keep it until the process ends, or
 /// use a device that does not share memory.
 [[nodiscard]] std::unique_ptr<OpenclBackend> make_opencl_backend(const OpenclOptions& options = {});
+
+/// Identifies the kernels of this build (SHA-256 of their text, hexadecimal): machines with the same one give the same
+/// answers. "none" in a build without OpenCL.
+[[nodiscard]] std::string_view kernel_hash();
 
 }  // namespace cylpose

@@ -1,5 +1,7 @@
 #include "opencl/completion.hpp"
 
+#include <utility>
+
 namespace cylpose::opencl {
 
 void Completion::watch(cl_event event, std::string_view device) {
@@ -10,17 +12,33 @@ void Completion::watch(cl_event event, std::string_view device) {
 
 std::optional<cl_int> Completion::wait(std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
-  ended_.wait_for(lock, timeout, [this] { return status_.has_value(); });
+  ended_.wait_until(lock, start_ + timeout, [this] { return status_.has_value(); });
   return status_;
+}
+
+void Completion::when_ended(std::function<void()> then) {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (!status_) {
+      then_ = std::move(then);
+      return;
+    }
+  }
+  then();
 }
 
 void CL_CALLBACK Completion::on_end(cl_event /*event*/, cl_int status, void* self) {
   auto& completion = *static_cast<Completion*>(self);
-  // Notified under the lock: once it is free, the waiting thread may destroy the completion.
-  const std::scoped_lock lock(completion.mutex_);
-  completion.status_ = status;
-  completion.end_ = std::chrono::steady_clock::now();
-  completion.ended_.notify_one();
+  std::function<void()> then;
+  {
+    // Notified under the lock: once it is free, the waiting thread may destroy the completion.
+    const std::scoped_lock lock(completion.mutex_);
+    completion.status_ = status;
+    completion.end_ = std::chrono::steady_clock::now();
+    then = std::exchange(completion.then_, nullptr);
+    completion.ended_.notify_one();
+  }
+  if (then) then();
 }
 
 }  // namespace cylpose::opencl

@@ -108,7 +108,8 @@ Device::Device(LocalDevice device, const OpenclOptions& options)
       context_(context_for(device)),
       target_{context_.get(), device.id, display_name(device.info), identity_of(device)},
       light_tables_(light_tables_in(context_.get(), target_.device_name)),
-      zero_copy_(info_.shares_memory && in_place_is_quicker(context_.get(), device.id, target_.device_name)) {}
+      zero_copy_(!options.copy_frames && info_.shares_memory &&
+                 in_place_is_quicker(context_.get(), device.id, target_.device_name)) {}
 
 Device::~Device() = default;
 

@@ -14,6 +14,7 @@
 #include "opencl/device_list.hpp"
 #include "opencl/program.hpp"
 #include "opencl/strip_job.hpp"
+#include "opencl/watchdog.hpp"
 
 namespace cylpose::opencl {
 
@@ -51,6 +52,9 @@ class Device final : public Worker {
   /// Whether the kernels read frames where they lie, because that is quicker than a copy.
   [[nodiscard]] bool zero_copy() const { return zero_copy_; }
 
+  /// Of the runs that nobody waits for.
+  [[nodiscard]] Watchdog& watchdog() { return watchdog_; }
+
   /// Light of each code, for sRGB and then for linear codes.
   [[nodiscard]] cl_mem light_tables() const { return light_tables_.get(); }
 
@@ -75,6 +79,7 @@ class Device final : public Worker {
 
   std::mutex program_mutex_;
   std::map<PixelFormat, Program> programs_;
+  Watchdog watchdog_;
   std::mutex job_mutex_;
   std::vector<std::unique_ptr<StripJob>> idle_jobs_;
 };

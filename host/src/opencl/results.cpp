@@ -47,8 +47,9 @@ void add(RegionStatistics& sum, const RegionStatistics& other) {
   sum.box = united(sum.box, other.box);
 }
 
-EdgePixel edge_pixel(const KernelEdge& edge) {
-  return {edge.x, edge.y, edge.gx, edge.gy, edge.offset_256, static_cast<EdgeStrength>(edge.kind & 3)};
+EdgePixel edge_pixel(const KernelEdge& edge, bool located) {
+  const std::int16_t offset = located ? edge.offset_256 : std::int16_t{0};
+  return {edge.x, edge.y, edge.gx, edge.gy, offset, static_cast<EdgeStrength>(edge.kind & 3)};
 }
 
 // The kernel finds the edges of a row from left to right, but the rows in any order: a counting sort by part and row.
@@ -63,7 +64,7 @@ void append_sorted(std::span<const KernelEdge> edges, const StripTask& task, Edg
   std::partial_sum(places.begin(), places.end(), places.begin());
   std::vector<EdgePixel> sorted(edges.size());
   std::vector<std::size_t> next(places);
-  for (const KernelEdge& edge : edges) sorted[next[row_of(edge)]++] = edge_pixel(edge);
+  for (const KernelEdge& edge : edges) sorted[next[row_of(edge)]++] = edge_pixel(edge, task.options.locate);
   for (std::size_t part = 0; part < field.parts.size(); ++part) {
     const auto at = [&](std::size_t i) { return sorted.begin() + static_cast<std::ptrdiff_t>(places[i * rows]); };
     std::vector<EdgePixel>& all = field.parts[part].edges;

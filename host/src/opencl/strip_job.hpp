@@ -4,6 +4,7 @@
 #include <cylpose_types.h>
 
 #include <cylpose/backend.hpp>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -39,6 +40,10 @@ class StripJob {
 
   /// Waits for what was started. False when there were more edges than room for them: there is more now, start again.
   [[nodiscard]] virtual bool wait() = 0;
+
+  /// Calls `then` once, when wait() will not wait for what was started: it has ended, or is late. At once or from
+  /// another thread, which is not held up for long. Must not throw.
+  virtual void when_done(std::function<void()> then) = 0;
 
   /// Whether the device may still be using the image and the job's memory.
   [[nodiscard]] virtual bool busy() const = 0;

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <cylpose/error.hpp>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "channels.hpp"
 #include "linear_light.hpp"
@@ -83,7 +86,7 @@ void StripRun::start(const StripTask& task) {
   located_ = true;
   submit([&] {
     enqueue_finding(task);
-    enqueue_locating();
+    enqueue_locating(task.options.locate ? frame_.edge_capacity : 0);
     read_all();
   });
 }
@@ -104,7 +107,7 @@ void StripRun::start_locating(std::span<const ColorSum> colors) {
     check(clEnqueueWriteBuffer(queue_.get(), result_buffer_.get(), CL_FALSE, sizeof(ResultHeader), colors.size_bytes(),
                                colors_.data(), 0, nullptr, nullptr),
           "clEnqueueWriteBuffer", device_.name());
-    enqueue_locating();
+    enqueue_locating(frame_.edge_capacity);
     read_all();
   });
 }
@@ -163,12 +166,15 @@ void StripRun::enqueue_finding(const StripTask& task) {
   }
 }
 
-void StripRun::enqueue_locating() {
+void StripRun::enqueue_locating(CylU32 most_edges) {
+  // Without edges it leaves its stamp, which tells that all kernels have run.
+  KernelFrame frame = frame_;
+  frame.edge_capacity = most_edges;
   const cl_mem image = device_.zero_copy() ? host_image_.get() : own_image_.get();
   const cl_mem result = result_buffer_.get();
   const cl_mem light = device_.light_tables();
-  set_arguments(locate_edges_, device_.name(), image, frame_, light, result);
-  launch("locate", locate_edges_, device_.shape().items(edge_capacity_, 16));
+  set_arguments(locate_edges_, device_.name(), image, frame, light, result);
+  launch("locate", locate_edges_, device_.shape().items(most_edges, 16));
 }
 
 void StripRun::describe(const StripTask& task) {
@@ -282,10 +288,34 @@ void StripRun::read_all() {
   read(0, frame_.edges_at + edges_read_ * sizeof(KernelEdge));
 }
 
-void StripRun::wait_for_end() {
+void StripRun::when_done(std::function<void()> then) {
+  // The driver or the watchdog, whoever comes first. A driver that comes late must not touch the watchdog: the device
+  // may be gone by then.
+  struct Once {
+    std::atomic<bool> claimed = false;
+    std::function<void()> then;
+  };
+  const auto once = std::make_shared<Once>();
+  once->then = std::move(then);
+  Watchdog& watchdog = device_.watchdog();
+  const Watchdog::Ticket ticket = watchdog.add(completion_.start() + patience(), [once] {
+    if (!once->claimed.exchange(true)) std::exchange(once->then, nullptr)();
+  });
+  completion_.when_ended([once, &watchdog, ticket] {
+    if (once->claimed.exchange(true)) return;
+    watchdog.dismiss(ticket);
+    std::exchange(once->then, nullptr)();
+  });
+}
+
+std::chrono::milliseconds StripRun::patience() const {
   // Some drivers compile when a kernel first runs.
   constexpr std::chrono::milliseconds kCompiling{120'000};
-  const auto timeout = compiled_ ? device_.timeout() : std::max(device_.timeout(), kCompiling);
+  return compiled_ ? device_.timeout() : std::max(device_.timeout(), kCompiling);
+}
+
+void StripRun::wait_for_end() {
+  const std::chrono::milliseconds timeout = patience();
   const std::optional<cl_int> status = late_ ? std::nullopt : completion_.wait(timeout);
   late_ = !status;
   if (late_) {
@@ -344,16 +374,20 @@ std::span<const CylU64> StripRun::mask_row(std::size_t part, int row) const {
 }
 
 std::vector<StageTime> StripRun::times() const {
+  const auto moment = [&](const TimedEvent& timed, cl_profiling_info which) {
+    cl_ulong nanoseconds = 0;
+    check(clGetEventProfilingInfo(timed.event.get(), which, sizeof nanoseconds, &nanoseconds, nullptr),
+          "clGetEventProfilingInfo", device_.name());
+    return nanoseconds;
+  };
+  constexpr double kMilliseconds = 1e-6;  // of a nanosecond
+  cl_ulong end = 0;
+  for (const TimedEvent& timed : timed_) end = std::max(end, moment(timed, CL_PROFILING_COMMAND_END));
   std::vector<StageTime> times;
   for (const TimedEvent& timed : timed_) {
-    const auto moment = [&](cl_profiling_info which) {
-      cl_ulong nanoseconds = 0;
-      check(clGetEventProfilingInfo(timed.event.get(), which, sizeof nanoseconds, &nanoseconds, nullptr),
-            "clGetEventProfilingInfo", device_.name());
-      return nanoseconds;
-    };
-    const cl_ulong duration = moment(CL_PROFILING_COMMAND_END) - moment(CL_PROFILING_COMMAND_START);
-    times.push_back({timed.stage, static_cast<double>(duration) * 1e-6});
+    const cl_ulong start = moment(timed, CL_PROFILING_COMMAND_START);
+    times.push_back({timed.stage, static_cast<double>(moment(timed, CL_PROFILING_COMMAND_END) - start) * kMilliseconds,
+                     static_cast<double>(end - start) * kMilliseconds});
   }
   return times;
 }

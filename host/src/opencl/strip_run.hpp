@@ -36,6 +36,7 @@ class StripRun final : public StripJob {
   void start_finding(const StripTask& task) override;
   void start_locating(std::span<const ColorSum> colors) override;
   [[nodiscard]] bool wait() override;
+  void when_done(std::function<void()> then) override;
   [[nodiscard]] bool busy() const override { return busy_; }
   [[nodiscard]] double milliseconds() const override { return milliseconds_; }
 
@@ -54,7 +55,7 @@ class StripRun final : public StripJob {
   template <typename Enqueue>
   void submit(Enqueue enqueue);
   void enqueue_finding(const StripTask& task);
-  void enqueue_locating();
+  void enqueue_locating(CylU32 most_edges);
   void describe(const StripTask& task);
   void size_buffers(const StripTask& task);
   void provide_image(const StripTask& task);
@@ -63,6 +64,7 @@ class StripRun final : public StripJob {
   void launch(std::string_view stage, const Kernel& kernel, std::size_t items);
   void read(std::size_t offset, std::size_t bytes);
   void read_all();
+  [[nodiscard]] std::chrono::milliseconds patience() const;
   void wait_for_end();
   void drain();
   [[nodiscard]] cl_event* timed(std::string_view stage);

@@ -1,6 +1,7 @@
 #include "opencl/team.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cylpose/error.hpp>
 #include <utility>
 
@@ -177,17 +178,50 @@ void Team::finish(Attempt& attempt, const Start& start_anew) {
   }
 }
 
-std::vector<DoneStrip> Team::run(const StripTask& frame) {
-  std::vector<Attempt> attempts = planned(frame);
-  if (attempts.size() == 1) {
-    const Start all = [](StripJob& job, const StripTask& task) { job.start(task); };
-    begin(attempts[0], all);
-    finish(attempts[0], all);
-    note_speed(attempts[0]);
+Team::Run Team::start(const StripTask& frame) {
+  Run run;
+  run.attempts_ = planned(frame);
+  run.parts_ = frame.gates.size();
+  run.in_one_step_ = run.attempts_.size() == 1 || !frame.options.locate;
+  const Start first_step = [&run](StripJob& job, const StripTask& task) {
+    run.in_one_step_ ? job.start(task) : job.start_finding(task);
+  };
+  for (Attempt& attempt : run.attempts_) begin(attempt, first_step);
+  return run;
+}
+
+void Team::Run::when_done(std::function<void()> then) const {
+  struct Countdown {
+    std::atomic<std::size_t> left;
+    std::function<void()> then;
+    void count() {
+      if (--left == 0) then();
+    }
+  };
+  const auto countdown = std::make_shared<Countdown>();
+  // One more for this loop: the last one to count may end the run.
+  countdown->left = attempts_.size() + 1;
+  countdown->then = std::move(then);
+  for (const Attempt& attempt : attempts_) {
+    if (attempt.failure.empty()) {
+      attempt.strip.lease.job().when_done([countdown] { countdown->count(); });
+    } else {
+      countdown->count();
+    }
+  }
+  countdown->count();
+}
+
+std::vector<DoneStrip> Team::finish(Run run) {
+  std::vector<Attempt>& attempts = run.attempts_;
+  if (run.in_one_step_) {
+    for (Attempt& attempt : attempts) {
+      finish(attempt, [](StripJob& job, const StripTask& task) { job.start(task); });
+      note_speed(attempt);
+    }
   } else {
     const Start find = [](StripJob& job, const StripTask& task) { job.start_finding(task); };
-    for (Attempt& attempt : attempts) begin(attempt, find);
-    std::vector<ColorSum> colors(frame.gates.size());
+    std::vector<ColorSum> colors(run.parts_);
     for (Attempt& attempt : attempts) {
       finish(attempt, find);
       note_speed(attempt);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <vector>
 
 namespace cylpose::serial {
 namespace {
@@ -52,6 +53,18 @@ RegionStatistics statistics_of(const Mask& mask) {
   }
   if (region.m00 > 0) region.box = {mask.roi.x + left, mask.roi.y + top, right - left, bottom - top};
   return region;
+}
+
+void keep_rows(const Rows& rows, const Mask& mask, PartEdges& part) {
+  if (rows.first <= 0 && rows.end >= mask.roi.height) return;
+  Mask kept;
+  kept.roi = intersection(mask.roi, {mask.roi.x, mask.roi.y + rows.first, mask.roi.width,
+                                     std::min(rows.end, mask.roi.height) - rows.first});
+  const auto width = static_cast<std::size_t>(mask.roi.width);
+  const auto first = mask.pixels.begin() + static_cast<std::ptrdiff_t>(width) * (kept.roi.y - mask.roi.y);
+  kept.pixels.assign(first, first + static_cast<std::ptrdiff_t>(width) * kept.roi.height);
+  part.region = statistics_of(kept);
+  std::erase_if(part.edges, [&](const EdgePixel& edge) { return edge.y < kept.roi.y || edge.y >= kept.roi.bottom(); });
 }
 
 }  // namespace cylpose::serial
