@@ -6,5 +6,6 @@ configure_package_config_file(cmake/cylposeConfig.cmake.in "${PROJECT_BINARY_DIR
                               INSTALL_DESTINATION "${cylpose_cmake_dir}")
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/cylposeConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
 install(EXPORT cylposeTargets NAMESPACE cylpose:: DESTINATION "${cylpose_cmake_dir}")
+install(EXPORT cylposeGraphTargets NAMESPACE cylpose:: DESTINATION "${cylpose_cmake_dir}")
 install(FILES "${PROJECT_BINARY_DIR}/cylposeConfig.cmake" "${PROJECT_BINARY_DIR}/cylposeConfigVersion.cmake"
         DESTINATION "${cylpose_cmake_dir}")
