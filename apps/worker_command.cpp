@@ -1,0 +1,76 @@
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <cylpose/cluster/archive.hpp>
+#include <cylpose/cluster/worker.hpp>
+#include <cylpose/opencl_devices.hpp>
+#include <memory>
+#include <string>
+
+#include "cluster_commands.hpp"
+#include "cluster_options.hpp"
+#include "commands.hpp"
+#include "interrupt.hpp"
+
+namespace cylpose::apps {
+namespace {
+
+struct Arguments {
+  ClusterArguments connection;
+  std::string name = "worker";
+  std::string backend = "opencl";
+  std::string device;
+  int hang_ms = 10'000;
+  bool jobs = false;
+};
+
+std::unique_ptr<Backend> backend_for(const Arguments& arguments, std::string& device) {
+  if (arguments.backend != "opencl") {
+    device = arguments.backend;
+    return make_backend(arguments.backend);
+  }
+  OpenclOptions options;
+  options.device = arguments.device;
+  auto backend = make_opencl_backend(options);
+  for (const OpenclDevice& used : backend->devices()) device += (device.empty() ? "" : ", ") + used.name;
+  return backend;
+}
+
+void work(const Arguments& arguments) {
+  const InterruptGuard interrupt;
+  cluster::WorkerOptions options;
+  options.connection = connection_options(arguments.connection);
+  options.name = arguments.name;
+  options.hang_after = std::chrono::milliseconds(arguments.hang_ms);
+  options.on_event = tell_user;
+  // A device that hangs holds its thread for ever: only a new process gets rid of it.
+  options.on_hang = [](const std::string& what) {
+    tell_user(what + "; ending, to be started again");
+    std::_Exit(kDeviceError);
+  };
+  const std::unique_ptr<Backend> backend = backend_for(arguments, options.device);
+  if (arguments.jobs) {
+    cluster::run_jobs(*backend, options.connection, InterruptGuard::requested, tell_user);
+    return;
+  }
+  cluster::run_worker(*backend, options, InterruptGuard::requested);
+}
+
+}  // namespace
+
+void add_worker_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("worker", "Work for `estimate --backend cluster` on other machines.");
+  const auto arguments = std::make_shared<Arguments>();
+  add_connection_options(*command, arguments->connection);
+  command->add_option("--name", arguments->name, "Name in lists and subjects (default: worker)")->type_name("NAME");
+  command->add_option("--backend", arguments->backend, "Who does the work (default: opencl)")->type_name("NAME");
+  command->add_option("--device", arguments->device, "OpenCL devices, as for estimate")->type_name("DEVICE");
+  command
+      ->add_option("--hang", arguments->hang_ms,
+                   fmt::format("End when a tile takes so many milliseconds (default: {})", arguments->hang_ms))
+      ->type_name("MS");
+  command->add_flag("--jobs", arguments->jobs, "Work on recordings (`cylpose submit`) instead of live frames");
+  command->callback([arguments] { work(*arguments); });
+}
+
+}  // namespace cylpose::apps

@@ -1,0 +1,93 @@
+#include "job_store.hpp"
+
+#include <fmt/format.h>
+
+#include <cylpose/error.hpp>
+
+namespace cylpose::cluster {
+namespace {
+
+constexpr const char* kJobs = "CYLPOSE_JOBS";
+constexpr const char* kPoses = "CYLPOSE_POSES";
+
+void add_stream(jsCtx* context, const char* name, std::vector<const char*> subjects, jsRetentionPolicy retention,
+                std::int64_t per_subject) {
+  jsStreamInfo* found = nullptr;
+  const natsStatus there = js_GetStreamInfo(&found, context, name, nullptr, nullptr);
+  jsStreamInfo_Destroy(found);
+  if (there == NATS_OK) return;
+  jsStreamConfig config;
+  check(jsStreamConfig_Init(&config), "jsStreamConfig_Init");
+  config.Name = name;
+  config.Subjects = subjects.data();
+  config.SubjectsLen = static_cast<int>(subjects.size());
+  config.Retention = retention;
+  config.Storage = js_FileStorage;
+  config.MaxMsgsPerSubject = per_subject;
+  check(js_AddStream(nullptr, context, &config, nullptr, nullptr), "js_AddStream (is JetStream on?)");
+}
+
+}  // namespace
+
+JobStore::JobStore(const Connection& connection) {
+  jsCtx* made = nullptr;
+  check(natsConnection_JetStream(&made, connection.get(), nullptr), "natsConnection_JetStream");
+  context_.reset(made);
+  add_stream(made, kJobs, {"cylpose.jobs.*.*"}, js_WorkQueuePolicy, 1);
+  add_stream(made, kPoses, {"cylpose.archive.*", "cylpose.poses.*.*"}, js_LimitsPolicy, 1);
+}
+
+bool JobStore::put_once(const std::string& subject, const std::string& text) {
+  natsMsg* made = nullptr;
+  check(natsMsg_Create(&made, subject.c_str(), nullptr, text.data(), static_cast<int>(text.size())), "natsMsg_Create");
+  const NatsMessage message(made);
+  // The client's own option is about the whole stream; that about the subject it can only say with a number above 0.
+  check(natsMsgHeader_Set(made, "Nats-Expected-Last-Subject-Sequence", "0"), "natsMsgHeader_Set");
+  jsErrCode error{};
+  const natsStatus status = js_PublishMsg(nullptr, context_.get(), made, nullptr, &error);
+  if (error == JSStreamWrongLastSequenceErr) return false;
+  check(status, "js_PublishMsg");
+  return true;
+}
+
+void JobStore::put_job(const std::string& archive, std::int64_t number, const std::string& text) {
+  const std::string subject = fmt::format("cylpose.jobs.{}.{}", archive, number);
+  check(js_Publish(nullptr, context_.get(), subject.c_str(), text.data(), static_cast<int>(text.size()), nullptr,
+                   nullptr),
+        "js_Publish");
+}
+
+std::optional<std::string> JobStore::find(const std::string& subject) {
+  natsMsg* made = nullptr;
+  jsErrCode error{};
+  const natsStatus status = js_GetLastMsg(&made, context_.get(), kPoses, subject.c_str(), nullptr, &error);
+  const NatsMessage message(made);
+  if (error == JSNoMessageFoundErr) return std::nullopt;
+  check(status, "js_GetLastMsg");
+  const auto data = data_of(message);
+  return std::string(data.begin(), data.end());
+}
+
+NatsMessage JobStore::next_job(std::chrono::milliseconds patience) {
+  if (jobs_ == nullptr) {
+    natsSubscription* made = nullptr;
+    jsSubOptions options;
+    check(jsSubOptions_Init(&options), "jsSubOptions_Init");
+    options.Stream = kJobs;
+    options.Config.AckWait = std::chrono::nanoseconds(std::chrono::seconds(10)).count();
+    options.Config.AckPolicy = js_AckExplicit;
+    check(js_PullSubscribe(&made, context_.get(), "cylpose.jobs.*.*", "workers", nullptr, &options, nullptr),
+          "js_PullSubscribe");
+    jobs_.reset(made);
+  }
+  natsMsgList list{};
+  const natsStatus status = natsSubscription_Fetch(&list, jobs_.get(), 1, patience.count(), nullptr);
+  if (status == NATS_TIMEOUT) return nullptr;
+  check(status, "natsSubscription_Fetch");
+  NatsMessage message(list.Msgs[0]);
+  list.Msgs[0] = nullptr;
+  natsMsgList_Destroy(&list);
+  return message;
+}
+
+}  // namespace cylpose::cluster

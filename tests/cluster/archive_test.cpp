@@ -1,0 +1,143 @@
+// Archives: every frame once and in order, whatever dies meanwhile.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <cylpose/cluster/archive.hpp>
+#include <cylpose/error.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <random>
+#include <thread>
+
+#include "host/temp_dir.hpp"
+#include "servers.hpp"
+
+namespace cylpose::cluster {
+namespace {
+
+using ::cylpose::testing::eventually;
+using ::cylpose::testing::NatsServer;
+using ::cylpose::testing::Process;
+using ::testing::HasSubstr;
+
+constexpr const char* kCamera =
+    "image_width: 64\nimage_height: 48\ncamera_matrix: {rows: 3, cols: 3, data: [80, 0, 32, 0, 80, 24, 0, 0, 1]}\n"
+    "distortion_model: plumb_bob\ndistortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n";
+constexpr const char* kParts =
+    "parts:\n  - {name: link, radius_m: 0.05, height_m: 0.4, hue_deg: [200, 260], min_saturation: 0.3, min_value: "
+    "0.2}\n";
+
+class Archives : public ::testing::Test {
+ protected:
+  Archives() {
+    archive_.name = "run1";
+    archive_.camera_yaml = kCamera;
+    archive_.parts_yaml = kParts;
+    archive_.frames_per_job = 3;
+    connection_.servers = {server_.url()};
+  }
+
+  void make_frames(int count) {
+    for (int i = 0; i < count; ++i) {
+      const cv::Mat image(48, 64, CV_8UC3, cv::Scalar(i, 40, 60));
+      const std::string path = (folder_.path() / ("frame" + std::to_string(i) + ".png")).string();
+      ASSERT_TRUE(cv::imwrite(path, image));
+      archive_.files.push_back(path);
+    }
+  }
+
+  Process worker(int i) {
+    return Process({CYLPOSE_COMMAND, "worker", "--jobs", "--backend", "serial", "--server", server_.url()},
+                   folder_.path() / ("worker" + std::to_string(i) + ".log"));
+  }
+
+  std::string collected(const std::function<bool()>& stop = [] { return false; }) {
+    std::string text;
+    collect_archive(
+        connection_, "run1", [&](std::string_view more) { text += more; }, stop);
+    return text;
+  }
+
+  // All frames, each once, in order.
+  static void expect_rows(const std::string& text, int count) {
+    std::istringstream lines(text);
+    std::string line;
+    ASSERT_TRUE(std::getline(lines, line));
+    EXPECT_EQ(line, kPosesHeader);
+    for (int i = 0; i < count; ++i) {
+      ASSERT_TRUE(std::getline(lines, line)) << i;
+      EXPECT_THAT(line, ::testing::StartsWith(std::to_string(i) + ","));
+    }
+    EXPECT_FALSE(std::getline(lines, line)) << line;
+  }
+
+  TempDir folder_;
+  NatsServer server_{folder_.path(), "jetstream: {store_dir: \"" + (folder_.path() / "js").string() + "\"}\n"};
+  ConnectionOptions connection_;
+  Archive archive_;
+};
+
+TEST_F(Archives, ComeOutInOrder) {
+  make_frames(10);
+  archive_.files[4] = "/no/such/file.png";
+  EXPECT_EQ(submit_archive(connection_, archive_), 4);
+  const Process first = worker(0);
+  const Process second = worker(1);
+  expect_rows(collected(), 10);
+  expect_rows(collected(), 10);  // gathering takes nothing away
+}
+
+TEST_F(Archives, LoseAndDoubleNothingWhenWorkersAndServersAreKilled) {
+  make_frames(60);
+  EXPECT_EQ(submit_archive(connection_, archive_), 20);
+  std::vector<Process> workers;
+  for (int i = 0; i < 2; ++i) workers.push_back(worker(i));
+  std::string text;
+  std::jthread collector([&] { text = collected(); });
+  for (int kill = 0; kill < 4; ++kill) {
+    workers[static_cast<std::size_t>(kill % 2)].kill();
+    workers[static_cast<std::size_t>(kill % 2)] = worker(kill % 2);
+    if (kill % 2 == 1) {
+      server_.kill();
+      server_.restart();
+    }
+  }
+  collector.join();
+  expect_rows(text, 60);
+}
+
+TEST_F(Archives, MaySubmittedAgainGoOnWhereTheyStopped) {
+  make_frames(9);
+  EXPECT_EQ(submit_archive(connection_, archive_), 3);
+  const Process first = worker(0);
+  expect_rows(collected(), 9);
+  EXPECT_EQ(submit_archive(connection_, archive_), 3);
+  expect_rows(collected(), 9);
+  archive_.files.pop_back();
+  EXPECT_THROW(submit_archive(connection_, archive_), Error) << "another archive of that name";
+}
+
+TEST_F(Archives, JobsThatCannotBeDoneSaySo) {
+  make_frames(3);
+  archive_.camera_yaml = "image_width: none\n";
+  submit_archive(connection_, archive_);
+  const Process first = worker(0);
+  try {
+    static_cast<void>(collected());
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kInput);
+    EXPECT_THAT(error.what(), HasSubstr("archive run1, job 0"));
+  }
+}
+
+TEST_F(Archives, UnknownAndUnusableOnesAreRefused) {
+  EXPECT_THROW(static_cast<void>(collected()), Error);
+  EXPECT_THROW(submit_archive(connection_, archive_), Error) << "no frames";
+  make_frames(1);
+  archive_.name = "a.b";
+  EXPECT_THROW(submit_archive(connection_, archive_), Error);
+}
+
+}  // namespace
+}  // namespace cylpose::cluster

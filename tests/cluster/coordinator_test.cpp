@@ -1,0 +1,532 @@
+// cluster = serial, bit for bit, whatever nodes, servers and strangers do.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <cylpose/cluster/backend.hpp>
+#include <cylpose/cluster/nodes.hpp>
+#include <cylpose/cluster/worker.hpp>
+#include <cylpose/error.hpp>
+#include <deque>
+#include <list>
+#include <mutex>
+#include <random>
+
+#include "fake_node.hpp"
+#include "host/temp_dir.hpp"
+#include "host/test_images.hpp"
+#include "kernels/comparison.hpp"
+#include "servers.hpp"
+#include "wire_generated.h"
+
+namespace cylpose::cluster {
+namespace {
+
+using ::cylpose::testing::eventually;
+using ::cylpose::testing::FakeNode;
+using ::cylpose::testing::four_parts;
+using ::cylpose::testing::NatsServer;
+using ::cylpose::testing::Process;
+using ::cylpose::testing::random_image;
+using ::cylpose::testing::TestImage;
+using std::chrono::milliseconds;
+using ::testing::HasSubstr;
+
+/// A worker in a thread.
+class TestWorker {
+ public:
+  explicit TestWorker(const std::string& url, std::string name = "worker") : name_(std::move(name)) {
+    thread_ = std::jthread([this, url](const std::stop_token& stop) {
+      WorkerOptions options;
+      options.connection.servers = {url};
+      options.name = name_;
+      options.device = "a test";
+      options.on_event = [this](const std::string& what) {
+        const std::scoped_lock lock(mutex_);
+        events_ += what + "\n";
+      };
+      const std::unique_ptr<Backend> serial = make_backend("serial");
+      run_worker(*serial, options, [&stop] { return stop.stop_requested(); });
+    });
+  }
+  [[nodiscard]] std::string events() const {
+    const std::scoped_lock lock(mutex_);
+    return events_;
+  }
+
+ private:
+  std::string name_;
+  mutable std::mutex mutex_;
+  std::string events_;
+  std::jthread thread_;
+};
+
+/// So slow that nodes are worth it.
+class SlowBackend final : public Backend {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "slow"; }
+  [[nodiscard]] EdgeField detect(const ImageView& image, const Roi& search, std::span<const PartModel> parts,
+                                 const DetectOptions& options) override {
+    constexpr double kMicrosecondsPerPixel = 1;
+    std::this_thread::sleep_for(
+        std::chrono::microseconds(static_cast<std::int64_t>(kMicrosecondsPerPixel * search.width * search.height)));
+    return serial_->detect(image, search, parts, options);
+  }
+
+ private:
+  std::unique_ptr<Backend> serial_ = make_backend("serial");
+};
+
+class Cluster : public ::testing::Test {
+ protected:
+  std::unique_ptr<ClusterBackend> coordinator(bool share_local = false, milliseconds deadline = milliseconds(2000),
+                                              int tile_rows = 0, std::unique_ptr<Backend> local = nullptr) {
+    ClusterOptions options;
+    options.connection.servers = {server_.url()};
+    options.share_local = share_local;
+    options.deadline = deadline;
+    options.tile_rows = tile_rows;
+    options.on_event = [this](const std::string& what) {
+      const std::scoped_lock lock(mutex_);
+      events_ += what + "\n";
+    };
+    return make_cluster_backend(local != nullptr ? std::move(local) : make_backend("serial"), options);
+  }
+
+  static bool has_nodes(const ClusterBackend& cluster, std::size_t count) {
+    return eventually([&] { return cluster.nodes().size() == count; });
+  }
+
+  // Frames of random sizes, formats, regions and parts, each compared with serial.
+  std::size_t expect_equal_frames(ClusterBackend& cluster, int frames) {
+    static const std::unique_ptr<Backend> serial = make_backend("serial");
+    std::size_t edges = 0;
+    for (int i = 0; i < frames; ++i) {
+      const auto format = static_cast<PixelFormat>(i % 3);
+      const int width = std::uniform_int_distribution<int>(1, 300)(random_);
+      const int height = std::uniform_int_distribution<int>(1, 200)(random_);
+      const TestImage image = random_image(width, height, random_, format, i % 7);
+      const Roi search = i % 2 == 0 ? image.view().bounds() : Roi{width / 5, height / 7, width / 2 + 1, height / 2 + 1};
+      const std::vector<PartModel> parts(four_parts().begin(), four_parts().begin() + 1 + i % 4);
+      const EdgeField expected = serial->detect(image.view(), search, parts, {});
+      const EdgeField actual = cluster.detect(image.view(), search, parts, {});
+      EXPECT_EQ(actual.searched, expected.searched);
+      for (std::size_t part = 0; part < parts.size(); ++part) {
+        EXPECT_EQ(actual.parts[part].region, expected.parts[part].region);
+        EXPECT_EQ(actual.parts[part].edges, expected.parts[part].edges);
+        edges += expected.parts[part].edges.size();
+      }
+      if (HasFailure()) return 0;
+    }
+    return edges;
+  }
+
+  std::string events() {
+    const std::scoped_lock lock(mutex_);
+    return events_;
+  }
+
+  TempDir folder_;
+  NatsServer server_{folder_.path()};
+  std::mt19937 random_{7};
+  std::mutex mutex_;
+  std::string events_;
+};
+
+TEST_F(Cluster, WithoutNodesTheLocalDeviceDoesEverything) {
+  const auto sharing = coordinator(true);
+  EXPECT_GT(expect_equal_frames(*sharing, 10), 100U);
+  EXPECT_EQ(sharing->counters().frames, 10);
+  EXPECT_EQ(sharing->counters().sent, 0);
+  const auto remote = coordinator(false, milliseconds(20));
+  EXPECT_GT(expect_equal_frames(*remote, 5), 100U);
+}
+
+TEST_F(Cluster, NodesAloneGiveTheSerialAnswer) {
+  for (const std::size_t count : {1U, 3U, 8U}) {
+    SCOPED_TRACE(count);
+    std::list<TestWorker> workers;
+    for (std::size_t i = 0; i < count; ++i) workers.emplace_back(server_.url());
+    const auto cluster = coordinator(false, milliseconds(20'000), 16);
+    ASSERT_TRUE(has_nodes(*cluster, count));
+    EXPECT_GT(expect_equal_frames(*cluster, 30), 1000U);
+    const ClusterCounters counters = cluster->counters();
+    EXPECT_EQ(counters.shared_frames, 30);
+    EXPECT_GT(counters.used, 60);
+    EXPECT_EQ(counters.taken_back, 0);
+    EXPECT_EQ(counters.refused, 0);
+  }
+}
+
+TEST_F(Cluster, NodesAndTheLocalDeviceWorkOnOneFrame) {
+  const TestWorker worker(server_.url());
+  const auto cluster = coordinator(true, milliseconds(2000), 0, std::make_unique<SlowBackend>());
+  ASSERT_TRUE(has_nodes(*cluster, 1));
+  const TestImage image = random_image(300, 200, random_);
+  const Roi all = image.view().bounds();
+  const EdgeField expected = make_backend("serial")->detect(image.view(), all, four_parts(), {});
+  ASSERT_TRUE(eventually([&] {
+    const EdgeField actual = cluster->detect(image.view(), all, four_parts(), {});
+    for (std::size_t part = 0; part < 4; ++part) EXPECT_EQ(actual.parts[part].edges, expected.parts[part].edges);
+    return cluster->counters().shared_frames >= 3 || HasFailure();
+  }));
+  EXPECT_GT(cluster->counters().used, 0);
+}
+
+TEST_F(Cluster, SeveralThreadsShareTheNodes) {
+  std::list<TestWorker> workers;
+  for (int i = 0; i < 2; ++i) workers.emplace_back(server_.url());
+  const auto cluster = coordinator(false, milliseconds(20'000), 40);
+  ASSERT_TRUE(has_nodes(*cluster, 2));
+  const std::unique_ptr<Backend> serial = make_backend("serial");
+  std::vector<std::jthread> threads;
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    threads.emplace_back([&, seed] {
+      std::mt19937 random(seed);
+      for (int i = 0; i < 10; ++i) {
+        const TestImage image = random_image(120, 90, random);
+        const EdgeField expected = serial->detect(image.view(), image.view().bounds(), four_parts(), {});
+        const EdgeField actual = cluster->detect(image.view(), image.view().bounds(), four_parts(), {});
+        for (std::size_t part = 0; part < 4; ++part) EXPECT_EQ(actual.parts[part].edges, expected.parts[part].edges);
+      }
+    });
+  }
+  threads.clear();
+  EXPECT_EQ(cluster->counters().taken_back, 0);
+}
+
+TEST_F(Cluster, NodesJoinAndLeaveAtAnyTime) {
+  const auto cluster = coordinator(false, milliseconds(2000), 16);
+  std::list<TestWorker> workers;
+  std::size_t edges = 0;
+  for (int turn = 0; turn < 6; ++turn) {
+    workers.emplace_back(server_.url());
+    ASSERT_TRUE(has_nodes(*cluster, 1));
+    edges += expect_equal_frames(*cluster, 3);
+    std::jthread leaving([&] { workers.pop_front(); });
+    edges += expect_equal_frames(*cluster, 3);
+    leaving.join();
+    ASSERT_TRUE(has_nodes(*cluster, 0));
+  }
+  EXPECT_GT(edges, 1000U);
+  EXPECT_GT(cluster->counters().used, 20);
+}
+
+TEST_F(Cluster, SilentNodesCostTimeAndNothingElse) {
+  const FakeNode silent(server_.url(), [](const Connection&, const FakeNode::Asked&) {});
+  const auto cluster = coordinator(false, milliseconds(30), 32);
+  ASSERT_TRUE(has_nodes(*cluster, 1));
+  EXPECT_GT(expect_equal_frames(*cluster, 6), 100U);
+  EXPECT_GT(cluster->counters().taken_back, 0);
+  EXPECT_EQ(cluster->counters().used, 0);
+}
+
+TEST_F(Cluster, LateResultsChangeNothing) {
+  std::deque<FakeNode::Asked> kept;
+  const FakeNode slow(server_.url(), [&kept](const Connection& connection, const FakeNode::Asked& asked) {
+    kept.push_back(asked);
+    constexpr std::size_t kBehind = 3;
+    if (kept.size() <= kBehind) return;
+    FakeNode::publish(connection, kept.front().reply, FakeNode::honest(kept.front()));
+    kept.pop_front();
+  });
+  const auto cluster = coordinator(false, milliseconds(20), 64);
+  ASSERT_TRUE(has_nodes(*cluster, 1));
+  EXPECT_GT(expect_equal_frames(*cluster, 25), 1000U);
+  EXPECT_TRUE(eventually([&] { return cluster->counters().late > 0; }));
+}
+
+TEST_F(Cluster, DuplicatedAndReorderedResultsChangeNothing) {
+  std::vector<FakeNode::Asked> kept;
+  const FakeNode jumbling(server_.url(), [&kept](const Connection& connection, const FakeNode::Asked& asked) {
+    kept.push_back(asked);
+    constexpr std::size_t kTogether = 3;
+    if (kept.size() < kTogether) return;
+    for (int twice = 0; twice < 2; ++twice) {
+      for (auto one = kept.rbegin(); one != kept.rend(); ++one) {
+        FakeNode::publish(connection, one->reply, FakeNode::honest(*one));
+      }
+    }
+    kept.clear();
+  });
+  const auto cluster = coordinator(false, milliseconds(30), 16);
+  ASSERT_TRUE(has_nodes(*cluster, 1));
+  EXPECT_GT(expect_equal_frames(*cluster, 30), 1000U);
+  EXPECT_TRUE(eventually([&] {
+    expect_equal_frames(*cluster, 1);
+    return cluster->counters().used > 10 || HasFailure();
+  }));
+  EXPECT_TRUE(eventually([&] { return cluster->counters().refused > 10; })) << "duplicates are of unknown tiles";
+}
+
+TEST_F(Cluster, ForgedResultsChangeNothing) {
+  int turn = 0;
+  const FakeNode forger(server_.url(), [&turn](const Connection& connection, const FakeNode::Asked& asked) {
+    TileResult result = FakeNode::honest(asked);
+    const std::string session = asked.reply.substr(0, asked.reply.rfind('.') + 1);
+    switch (turn++ % 8) {
+      case 0:  // garbage
+        connection.publish(asked.reply, std::string("no message of ours"));
+        return;
+      case 1:  // of another tile
+        ++result.id;
+        FakeNode::publish(connection, asked.reply, result);
+        return;
+      case 2:  // of a tile that does not exist
+        result.id += 1000;
+        FakeNode::publish(connection, session + std::to_string(result.id), result);
+        return;
+      case 3:  // edges elsewhere
+        result.parts[0].edges.insert(result.parts[0].edges.begin(), {-1, 0, 1, 1, 0, EdgeStrength::kStrong});
+        FakeNode::publish(connection, asked.reply, result);
+        return;
+      case 4:  // a mask larger than the tile
+        result.parts[0].region.m00 = 1 << 30;
+        FakeNode::publish(connection, asked.reply, result);
+        return;
+      case 5:  // more parts than asked for
+        result.parts.push_back(result.parts[0]);
+        FakeNode::publish(connection, asked.reply, result);
+        return;
+      case 6:  // a subject without a number
+        FakeNode::publish(connection, session + "x", result);
+        return;
+      default:  // truncated
+        const Buffer whole = encode(result);
+        connection.publish(asked.reply, std::span<const std::uint8_t>(whole.data(), whole.size() / 2));
+        return;
+    }
+  });
+  const auto cluster = coordinator(false, milliseconds(30), 16);
+  ASSERT_TRUE(has_nodes(*cluster, 1));
+  EXPECT_GT(expect_equal_frames(*cluster, 20), 1000U);
+  EXPECT_EQ(cluster->counters().used, 0);
+  EXPECT_GT(cluster->counters().refused, 16);
+}
+
+TEST_F(Cluster, ResultsNobodyAskedForChangeNothing) {
+  const TestWorker worker(server_.url());
+  const auto cluster = coordinator(false, milliseconds(5000), 32);
+  ASSERT_TRUE(has_nodes(*cluster, 1));
+  // A stranger who does not know the session.
+  const FakeNode stranger(
+      server_.url(),
+      [](const Connection& connection, const FakeNode::Asked&) {
+        FakeNode::publish(connection, "cylpose.result.0123456789abcdef01234567.1", TileResult{1, 0, {}, {}});
+      },
+      [](const std::string&) {
+        return FakeNode::Bytes{1, 2, 3};
+      });
+  EXPECT_GT(expect_equal_frames(*cluster, 10), 100U);
+  EXPECT_EQ(cluster->nodes().size(), 1U) << "a Hello that cannot be read makes no node";
+  EXPECT_TRUE(eventually([&] { return cluster->counters().refused > 0; }));
+}
+
+TEST_F(Cluster, AnotherVersionIsRefusedWithAWordToBothSides) {
+  std::string told;
+  std::mutex mutex;
+  const auto other_kernels = [](const std::string& node) {
+    flatbuffers::FlatBufferBuilder builder;
+    const auto name = builder.CreateString(node);
+    const auto hello = wire::CreateHello(builder, name, 2, 1.0F);
+    const auto kernels = builder.CreateString("00112233445566778899");
+    builder.Finish(wire::CreateMessage(builder, kProtocol, kernels, wire::Body_Hello, hello.Union()),
+                   wire::MessageIdentifier());
+    return FakeNode::Bytes(builder.GetBufferPointer(), builder.GetBufferPointer() + builder.GetSize());
+  };
+  const FakeNode old(
+      server_.url(),
+      [&](const Connection&, const FakeNode::Asked& asked) {
+        const std::scoped_lock lock(mutex);
+        told = std::get<Refusal>(decode(asked.message).body).reason;
+      },
+      other_kernels);
+  const auto cluster = coordinator(true);
+  EXPECT_TRUE(eventually([&] { return events().find("has the kernels 001122334455") != std::string::npos; }));
+  EXPECT_TRUE(eventually([&] {
+    const std::scoped_lock lock(mutex);
+    return told.find("has the kernels 001122334455") != std::string::npos;
+  }));
+  EXPECT_TRUE(cluster->nodes().empty());
+}
+
+TEST_F(Cluster, ARealWorkerSaysThatItWasRefused) {
+  const TestWorker worker(server_.url());
+  ConnectionOptions options;
+  options.servers = {server_.url()};
+  std::vector<NodeReport> nodes;
+  ASSERT_TRUE(eventually([&] { return !(nodes = list_nodes(options, milliseconds(100))).empty(); }));
+  const Connection connection(options, "a coordinator of another version");
+  const Buffer refusal = encode(Refusal{"node has the wrong kernels"});
+  connection.publish("cylpose.tile." + nodes[0].name + "." + nodes[0].id, {refusal.data(), refusal.size()});
+  EXPECT_TRUE(eventually([&] { return worker.events().find("refused: node has the wrong") != std::string::npos; }));
+}
+
+TEST_F(Cluster, WorkersAnswerWhatTheyCannotDo) {
+  const TestWorker worker(server_.url());
+  ConnectionOptions options;
+  options.servers = {server_.url()};
+  std::vector<NodeReport> nodes;
+  ASSERT_TRUE(eventually([&] { return !(nodes = list_nodes(options, milliseconds(100))).empty(); }));
+  const Connection connection(options, "a stranger");
+  const NatsSubscription answers = connection.subscribe("answers.*");
+  const std::string garbage = "garbage";
+  connection.publish("cylpose.tile." + nodes[0].name + "." + nodes[0].id,
+                     {reinterpret_cast<const std::uint8_t*>(garbage.data()), garbage.size()}, "answers.17");
+  const NatsMessage answer = next_message(answers, milliseconds(5000));
+  ASSERT_NE(answer, nullptr);
+  const Message read = decode(data_of(answer));
+  EXPECT_EQ(std::get<TileResult>(read.body).id, 17U);
+  EXPECT_THAT(std::get<TileResult>(read.body).error, HasSubstr("none of cylpose"));
+  // A busy node may be late with its statistics.
+  EXPECT_TRUE(eventually([&] {
+    nodes = list_nodes(options, milliseconds(200));
+    return nodes.size() == 1 && nodes[0].failed == 1;
+  }));
+}
+
+TEST_F(Cluster, NodesAreListedByTheServicesConvention) {
+  const TestWorker first(server_.url(), "first");
+  const TestWorker second(server_.url(), "second");
+  ConnectionOptions options;
+  options.servers = {server_.url()};
+  std::vector<NodeReport> nodes;
+  ASSERT_TRUE(eventually([&] { return (nodes = list_nodes(options, milliseconds(200))).size() == 2; }));
+  EXPECT_EQ(nodes[0].name, "first");
+  EXPECT_EQ(nodes[1].name, "second");
+  EXPECT_EQ(nodes[0].device, "a test");
+  EXPECT_TRUE(nodes[0].usable);
+
+  const Connection connection(options, "a tool");
+  const NatsSubscription answers = connection.subscribe("tool.inbox");
+  connection.publish("$SRV.INFO.cylpose." + nodes[1].id, {}, "tool.inbox");
+  const NatsMessage answer = next_message(answers, milliseconds(5000));
+  ASSERT_NE(answer, nullptr);
+  const auto data = data_of(answer);
+  const std::string json(data.begin(), data.end());
+  EXPECT_THAT(json, HasSubstr(R"("type":"io.nats.micro.v1.info_response")"));
+  EXPECT_THAT(json, HasSubstr(R"("subject":"cylpose.tile.second.)"));
+  EXPECT_EQ(next_message(answers, milliseconds(100)), nullptr) << "only the one asked answers";
+}
+
+TEST_F(Cluster, TilesKeepToTheServersLargestMessage) {
+  TempDir folder;
+  const NatsServer small(folder.path(), "max_payload: 40000\n");
+  const TestWorker worker(small.url());
+  ClusterOptions options;
+  options.connection.servers = {small.url()};
+  options.share_local = false;
+  options.deadline = milliseconds(20'000);
+  const auto cluster = make_cluster_backend(make_backend("serial"), options);
+  ASSERT_TRUE(has_nodes(*cluster, 1));
+  TestImage image(300, 200);
+  for (int y = 30; y < 170; ++y) {
+    for (int x = 100; x < 150; ++x) image.pixel(x, y)[2] = 200;
+  }
+  const Roi all = image.view().bounds();
+  const EdgeField expected = make_backend("serial")->detect(image.view(), all, four_parts(), {});
+  const EdgeField actual = cluster->detect(image.view(), all, four_parts(), {});
+  EXPECT_GT(expected.parts[0].edges.size(), 300U);
+  EXPECT_EQ(actual.parts[0].edges, expected.parts[0].edges);
+  EXPECT_GT(cluster->counters().used, 5);
+  EXPECT_EQ(cluster->counters().taken_back, 0);
+}
+
+// Noise has so many edges that the result does not fit though the tile does.
+TEST_F(Cluster, ResultsTooLargeForTheServerAreMadeLocally) {
+  TempDir folder;
+  const NatsServer small(folder.path(), "max_payload: 20000\n");
+  const TestWorker worker(small.url());
+  ClusterOptions options;
+  options.connection.servers = {small.url()};
+  options.share_local = false;
+  options.deadline = milliseconds(20'000);
+  const auto cluster = make_cluster_backend(make_backend("serial"), options);
+  ASSERT_TRUE(has_nodes(*cluster, 1));
+  EXPECT_GT(expect_equal_frames(*cluster, 9), 100U);
+  EXPECT_GT(cluster->counters().taken_back, 0);
+}
+
+TEST_F(Cluster, KilledWorkersLoseNoFrame) {
+  const auto start = [this](int i) {
+    return Process({CYLPOSE_COMMAND, "worker", "--backend", "serial", "--server", server_.url()},
+                   folder_.path() / ("worker" + std::to_string(i) + ".log"));
+  };
+  std::vector<Process> workers;
+  for (int i = 0; i < 3; ++i) workers.push_back(start(i));
+  const auto cluster = coordinator(false, milliseconds(100), 16);
+  ASSERT_TRUE(has_nodes(*cluster, 3));
+  std::size_t edges = 0;
+  for (int kill = 0; kill < 12; ++kill) {
+    std::jthread killer([&] {
+      workers[static_cast<std::size_t>(kill % 3)].kill();
+      workers[static_cast<std::size_t>(kill % 3)] = start(kill % 3);
+    });
+    edges += expect_equal_frames(*cluster, 5);
+  }
+  EXPECT_GT(edges, 1000U);
+  EXPECT_GT(cluster->counters().used, 0);
+}
+
+TEST_F(Cluster, AServerThatDiesAndComesBackLosesNoFrame) {
+  const TestWorker worker(server_.url());
+  const auto cluster = coordinator(false, milliseconds(100), 16);
+  ASSERT_TRUE(has_nodes(*cluster, 1));
+  for (int kill = 0; kill < 3; ++kill) {
+    std::jthread killer([&] { server_.kill(); });
+    EXPECT_GT(expect_equal_frames(*cluster, 4), 0U);
+    killer.join();
+    ASSERT_TRUE(has_nodes(*cluster, 0));
+    server_.restart();
+    ASSERT_TRUE(has_nodes(*cluster, 1)) << "both are connected again";
+    const std::int64_t used = cluster->counters().used;
+    EXPECT_TRUE(eventually([&] {
+      expect_equal_frames(*cluster, 1);
+      return cluster->counters().used > used || HasFailure();
+    }));
+  }
+}
+
+TEST_F(Cluster, ServersMayComeLater) {
+  server_.kill();
+  const auto cluster = coordinator(false, milliseconds(50));
+  const TestWorker worker(server_.url());
+  EXPECT_GT(expect_equal_frames(*cluster, 3), 0U);
+  EXPECT_THAT(events(), HasSubstr("no NATS server can be reached"));
+  server_.restart();
+  EXPECT_TRUE(has_nodes(*cluster, 1));
+}
+
+TEST_F(Cluster, TheCommandDrainsOnSigterm) {
+  Process worker({CYLPOSE_COMMAND, "worker", "--backend", "serial", "--name", "lab", "--server", server_.url()},
+                 folder_.path() / "worker.log");
+  const auto cluster = coordinator(false, milliseconds(20'000), 16);
+  ASSERT_TRUE(has_nodes(*cluster, 1));
+  EXPECT_THAT(cluster->nodes()[0].node, ::testing::StartsWith("lab."));
+  EXPECT_GT(expect_equal_frames(*cluster, 3), 0U);
+  worker.send(SIGTERM);
+  EXPECT_EQ(worker.wait(), 0);
+  EXPECT_TRUE(cluster->nodes().empty() || has_nodes(*cluster, 0));
+  EXPECT_EQ(cluster->counters().taken_back, 0);
+}
+
+TEST_F(Cluster, OptionsThatCannotWorkAreRefused) {
+  ClusterOptions options;
+  EXPECT_THROW(static_cast<void>(make_cluster_backend(make_backend("serial"), options)), Error);
+  options.connection.servers = {"no://address"};
+  EXPECT_THROW(static_cast<void>(make_cluster_backend(make_backend("serial"), options)), Error);
+  options.connection.servers = {server_.url()};
+  EXPECT_THROW(static_cast<void>(make_cluster_backend(nullptr, options)), Error);
+  options.deadline = milliseconds(0);
+  EXPECT_THROW(static_cast<void>(make_cluster_backend(make_backend("serial"), options)), Error);
+  WorkerOptions worker;
+  worker.connection.servers = {server_.url()};
+  const std::unique_ptr<Backend> serial = make_backend("serial");
+  for (const char* name : {"", "a b", "a.b", "*", ">"}) {
+    worker.name = name;
+    EXPECT_THROW(run_worker(*serial, worker, [] { return true; }), Error) << name;
+  }
+}
+
+}  // namespace
+}  // namespace cylpose::cluster
