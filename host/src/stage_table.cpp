@@ -1,11 +1,9 @@
-#include "stage_table.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cylpose/evaluate.hpp>
+#include <cylpose/stage_table.hpp>
 
-namespace cylpose::apps {
+namespace cylpose {
 
 void StageTable::add(std::span<const StageTime> frame) {
   std::vector<StageTime> sums;
@@ -24,14 +22,23 @@ void StageTable::add(std::span<const StageTime> frame) {
   }
 }
 
+std::vector<StageSummary> StageTable::summaries() const {
+  std::vector<StageSummary> all;
+  all.reserve(stages_.size());
+  for (const auto& [stage, milliseconds] : stages_) {
+    all.push_back({std::string(stage), *statistics_of(milliseconds), milliseconds.size()});
+  }
+  return all;
+}
+
 std::string StageTable::text() const {
   std::string text = fmt::format("{:<20}{:>10}{:>10}{:>10}{:>8}\n", "stage [ms]", "mean", "median", "p95", "frames");
-  for (const auto& [stage, milliseconds] : stages_) {
-    const Statistics statistics = *statistics_of(milliseconds);
-    text += fmt::format("{:<20}{:>10.3f}{:>10.3f}{:>10.3f}{:>8}\n", stage, statistics.mean, statistics.median,
-                        statistics.p95, milliseconds.size());
+  for (const StageSummary& summary : summaries()) {
+    const Statistics& statistics = summary.milliseconds;
+    text += fmt::format("{:<20}{:>10.3f}{:>10.3f}{:>10.3f}{:>8}\n", summary.stage, statistics.mean, statistics.median,
+                        statistics.p95, summary.frames);
   }
   return text;
 }
 
-}  // namespace cylpose::apps
+}  // namespace cylpose
