@@ -16,6 +16,8 @@ enum ExitCode {
   kInterrupted = 130,
 };
 
+/// worker, nodes, submit, collect and key; nothing in a build without the cluster.
+void add_cluster_commands(CLI::App& app);
 void add_devices_command(CLI::App& app);
 void add_estimate_command(CLI::App& app);
 void add_evaluate_command(CLI::App& app);

@@ -5,6 +5,7 @@
 #include <cylpose/default_backend.hpp>
 #include <cylpose/error.hpp>
 #include <cylpose/evaluate.hpp>
+#include <cylpose/extrinsics.hpp>
 #include <filesystem>
 #include <memory>
 #include <opencv2/core/utils/logger.hpp>
@@ -12,9 +13,11 @@
 #include <string>
 #include <vector>
 
+#include "cluster_backend.hpp"
 #include "commands.hpp"
 #include "estimate_run.hpp"
 #include "interrupt.hpp"
+#include "output.hpp"
 
 namespace cylpose::apps {
 namespace {
@@ -22,6 +25,7 @@ namespace {
 struct Arguments {
   std::string camera;
   std::string parts;
+  std::string extrinsics;
   std::string backend;
   std::string device;
   std::string method = "default";
@@ -29,7 +33,14 @@ struct Arguments {
   std::string format;
   std::string overlay;
   std::string debug_dir;
+  std::string report;
+  std::string truth;
   bool timing = false;
+  ClusterArguments cluster;
+  bool filter = false;
+  bool live = false;
+  bool show = false;
+  std::string trace;
   FrameSourceOptions frames;
   std::vector<std::string> inputs;
 };
@@ -50,40 +61,88 @@ PoseFormat format_of(const Arguments& arguments) {
 
 // Here, not in the library: options that one backend has and the others have not, and what is said to the user.
 std::unique_ptr<Backend> backend_for(const Arguments& arguments) {
-  if (!arguments.device.empty() && !arguments.backend.empty() && arguments.backend != "opencl") {
-    throw Error(ErrorKind::kInput, fmt::format("--device {}: only the backend opencl runs on devices; leave out "
-                                               "--backend {}",
-                                               arguments.device, arguments.backend));
+  const bool cluster = arguments.backend == "cluster";
+  if (!arguments.device.empty() && !arguments.backend.empty() && arguments.backend != "opencl" && !cluster) {
+    throw Error(ErrorKind::kInput,
+                fmt::format("--device {}: only the backends opencl and cluster run on devices; leave out "
+                            "--backend {}",
+                            arguments.device, arguments.backend));
   }
   OpenclOptions options;
   options.device = arguments.device;
-  options.profile = arguments.timing;
+  options.profile = arguments.timing || !arguments.trace.empty();
   options.on_device_lost = [](const OpenclDevice& device, const std::string& why) {
     fmt::print(stderr, "cylpose: warning: going on without {}: {}\n", device.name, why);
   };
-  if (arguments.backend == "opencl" || !arguments.device.empty()) return make_opencl_backend(options);
-  if (!arguments.backend.empty()) return make_backend(arguments.backend);
+  if (arguments.backend == "opencl" || (!arguments.device.empty() && !cluster)) return make_opencl_backend(options);
+  if (!arguments.backend.empty() && !cluster) return make_backend(arguments.backend);
   DefaultBackend chosen = make_default_backend(options);
   if (!chosen.note.empty()) fmt::print(stderr, "cylpose: {}\n", chosen.note);
-  return std::move(chosen.backend);
+  return cluster ? cluster_backend(std::move(chosen.backend), arguments.cluster) : std::move(chosen.backend);
 }
 
-std::unique_ptr<Estimator> estimator_for(const Arguments& arguments, const CameraModel& camera,
-                                         const std::vector<PartModel>& parts) {
-  if (arguments.method == "default") return make_estimator(camera, parts, backend_for(arguments));
+// Made before outputs are touched: everything that can be refused about it is refused here.
+MakePipeline pipeline_for(const Arguments& arguments, const CameraModel& camera, const std::vector<PartModel>& parts,
+                          const std::shared_ptr<graph::Trace>& trace) {
+  graph::PipelineOptions options;
+  options.policy = arguments.live ? graph::Policy::kLatest : graph::Policy::kAll;
+  if (arguments.filter) options.filter.emplace();
+  options.with_stages = !arguments.debug_dir.empty();
+  options.trace = trace;
+  if (arguments.method == "default") {
+    return [=, backend = std::make_shared<std::unique_ptr<Backend>>(backend_for(arguments))](graph::Sink sink) {
+      return std::make_unique<graph::Pipeline>(camera, parts, std::move(*backend), std::move(sink), options);
+    };
+  }
   const bool on_device = arguments.backend.empty() && !arguments.device.empty();
-  return make_estimator(arguments.method, camera, parts, on_device ? "opencl" : arguments.backend);
+  auto estimator = make_estimator(arguments.method, camera, parts, on_device ? "opencl" : arguments.backend);
+  return [=, estimator = std::make_shared<std::unique_ptr<Estimator>>(std::move(estimator))](graph::Sink sink) {
+    return std::make_unique<graph::Pipeline>(camera, parts, std::move(*estimator), std::move(sink), options);
+  };
+}
+
+std::string nodes_text(const graph::PipelineStatistics& statistics) {
+  std::string text =
+      fmt::format("{:<20}{:>10}{:>10}{:>10}{:>10}{:>8}\n", "node [ms]", "mean", "median", "p95", "p99", "visits");
+  const auto add = [&](const std::string& name, const graph::DurationStatistics& busy) {
+    text += fmt::format("{:<20}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}{:>8}\n", name, busy.mean_ms, busy.median_ms,
+                        busy.p95_ms, busy.p99_ms, busy.count);
+  };
+  for (const graph::NodeStatistics& node : statistics.nodes) add(node.node, node.busy);
+  add("put to sink", statistics.latency);
+  return text;
 }
 
 std::string summary_text(const RunSummary& summary) {
   const auto rms = statistics_of(summary.rms_px);
   std::string text = fmt::format("{} frames, {} of {} poses found", summary.frames, summary.found, summary.poses);
+  if (summary.dropped > 0) text += fmt::format(", {} frames dropped", summary.dropped);
   if (summary.unreadable > 0) text += fmt::format(", {} frames unreadable", summary.unreadable);
   if (rms) text += fmt::format(", median rms {:.3f} px", rms->median);
   if (summary.seconds > 0)
     text += fmt::format(", {:.1f} frames/s", static_cast<double>(summary.frames) / summary.seconds);
   if (summary.interrupted) text += "; interrupted, everything up to here is written";
   return text;
+}
+
+/// What the report says it is about.
+std::vector<ReportFact> facts_of(const Arguments& arguments, const RunSummary& summary) {
+  std::vector<ReportFact> facts = {{"Input", fmt::format("{}", fmt::join(arguments.inputs, ", "))},
+                                   {"Camera", arguments.camera},
+                                   {"Parts", arguments.parts}};
+  if (!arguments.truth.empty()) facts.push_back({"Truth", arguments.truth});
+  if (!arguments.extrinsics.empty()) facts.push_back({"In the frame of", arguments.extrinsics});
+  facts.push_back({"Method", arguments.method});
+  if (!arguments.backend.empty()) facts.push_back({"Backend", arguments.backend});
+  facts.push_back({"Run", summary_text(summary)});
+  return facts;
+}
+
+void write_report(const Arguments& arguments, const RunSummary& summary, const ReportRecorder& recorder) {
+  Report report = recorder.report();
+  report.title = fmt::format("Poses from {}", fmt::join(arguments.inputs, ", "));
+  report.facts = facts_of(arguments, summary);
+  write_result(arguments.report, to_html(report));
 }
 
 void estimate_inputs(const Arguments& arguments) {
@@ -96,8 +155,22 @@ void estimate_inputs(const Arguments& arguments) {
   const PoseFormat format = format_of(arguments);
   const CameraModel camera = load_camera(arguments.camera);
   const std::vector<PartModel> parts = load_parts(arguments.parts);
-  const auto estimator = estimator_for(arguments, camera, parts);
+  std::optional<Extrinsics> extrinsics;
+  if (!arguments.extrinsics.empty()) extrinsics = load_extrinsics(arguments.extrinsics);
+  std::optional<ReportRecorder> report;
+  if (!arguments.report.empty()) {
+    if (arguments.report == "-" && arguments.output == "-") {
+      throw Error(ErrorKind::kInput, "--report -: the poses go to standard output; add --output FILE");
+    }
+    report.emplace(camera, parts, arguments.truth.empty() ? std::vector<TruthRow>() : load_truth(arguments.truth),
+                   extrinsics);
+  }
   const auto frames = open_frames(arguments.inputs, arguments.frames);
+  const auto trace = arguments.trace.empty() ? nullptr : std::make_shared<graph::Trace>(arguments.trace);
+  const MakePipeline make_pipeline = pipeline_for(arguments, camera, parts, trace);
+  std::optional<OverlayWindow> window;
+  if (arguments.show) window.emplace("cylpose: q or Escape ends");
+  if (report) write_result(arguments.report, "");  // what cannot be written is to fail now, not after a long run
 
   std::vector<std::string> names;
   names.reserve(parts.size());
@@ -114,12 +187,16 @@ void estimate_inputs(const Arguments& arguments) {
   Progress progress(frames->size(), arguments.output == "-");
 
   const RunSummary summary = run_estimation(
-      *frames, *estimator, camera, parts,
-      {&poses, overlay ? &*overlay : nullptr, debug ? &*debug : nullptr, timing ? &*timing : nullptr, &progress});
+      *frames, make_pipeline, camera, parts,
+      {&poses, extrinsics ? &*extrinsics : nullptr, overlay ? &*overlay : nullptr, window ? &*window : nullptr,
+       debug ? &*debug : nullptr, timing ? &*timing : nullptr, report ? &*report : nullptr, &progress},
+      arguments.live);
   poses.close();
+  if (trace) trace->close();
+  if (report) write_report(arguments, summary, *report);
   for (const std::string& warning : frames->warnings()) progress.message("warning: " + warning);
   progress.message(summary_text(summary));
-  if (timing) fmt::print(stderr, "{}", timing->text());
+  if (timing) fmt::print(stderr, "{}\n{}", timing->text(), nodes_text(summary.pipeline));
   if (summary.interrupted) throw CLI::RuntimeError(kInterrupted);
   if (summary.frames > 0 && summary.unreadable == summary.frames) {
     throw Error(ErrorKind::kInput, "none of the images can be read; see the messages above");
@@ -136,6 +213,10 @@ void add_estimate_command(CLI::App& app) {
       ->type_name("FILE");
   command->add_option("--parts", arguments->parts, "The cylinders: YAML with sizes and colours")
       ->required()
+      ->type_name("FILE");
+  command
+      ->add_option("--extrinsics", arguments->extrinsics,
+                   "Where the camera sits: YAML with rotation and translation_m; poses are written in that frame")
       ->type_name("FILE");
   command
       ->add_option(
@@ -159,8 +240,24 @@ void add_estimate_command(CLI::App& app) {
       ->type_name("NAME");
   command->add_option("--overlay", arguments->overlay, "Pictures with the poses drawn in: a folder, or a video file")
       ->type_name("DIR|video.mp4");
+  add_cluster_backend(*command, arguments->cluster);
   command->add_option("--debug-dir", arguments->debug_dir, "A picture per stage, part and frame")->type_name("DIR");
+  CLI::Option* report =
+      command->add_option("--report", arguments->report, "The run as one HTML page: tables, plots, pictures")
+          ->type_name("FILE.html");
+  command->add_option("--truth", arguments->truth, "Compare with this in the report; CSV as for `cylpose evaluate`")
+      ->needs(report)
+      ->type_name("TRUTH.csv");
   command->add_flag("--timing", arguments->timing, "Print how long each stage takes");
+  command->add_flag("--filter", arguments->filter,
+                    "Filter the poses over time: smoother, and `predicted` while a part is hidden");
+  command->add_flag("--live", arguments->live,
+                    "Drop frames that are stale instead of falling behind; recordings play at their own speed");
+  command->add_flag("--show", arguments->show, "Show the overlay in a window; q or Escape ends the run");
+  command
+      ->add_option("--trace", arguments->trace,
+                   "Timeline of frames, nodes and device commands for ui.perfetto.dev (Chrome's JSON format)")
+      ->type_name("out.json");
   command
       ->add_option("--fps", arguments->frames.fps,
                    fmt::format("Frames per second of images, and of videos that do not say (default: {})",

@@ -5,17 +5,19 @@
 #include <chrono>
 #include <cylpose/debug_pictures.hpp>
 #include <cylpose/error.hpp>
-#include <cylpose/image_cv.hpp>
+#include <cylpose/graph/nodes.hpp>
 #include <cylpose/overlay.hpp>
+#include <mutex>
 #include <optional>
-#include <string_view>
+#include <thread>
 
 #include "interrupt.hpp"
 
 namespace cylpose::apps {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using graph::Clock;
+using graph::FramePtr;
 
 /// Measures what comes between its calls.
 class Stopwatch {
@@ -31,66 +33,89 @@ class Stopwatch {
   Clock::time_point start_ = Clock::now();
 };
 
+/// Reads on the calling thread; all else happens on the pipeline's, until that has been waited for.
 class Run {
  public:
-  Run(FrameSource& source, Estimator& estimator, const CameraModel& camera, std::span<const PartModel> parts,
-      const RunSinks& sinks)
-      : source_(source), estimator_(estimator), camera_(camera), parts_(parts), sinks_(sinks) {}
+  Run(FrameSource& source, const CameraModel& camera, std::span<const PartModel> parts, const RunSinks& sinks)
+      : source_(source), camera_(camera), parts_(parts), sinks_(sinks) {}
 
-  RunSummary run() {
+  RunSummary run(const MakePipeline& make_pipeline, bool live) {
+    const auto pipeline = make_pipeline([this](const FramePtr& frame) { process(*frame); });
     const Clock::time_point start = Clock::now();
     Stopwatch watch;
     while (!InterruptGuard::requested()) {
-      const std::optional<Frame> frame = source_.next();
+      std::optional<Frame> frame = source_.next();
       if (!frame) break;
-      times_ = {{"decode", watch.lap_ms()}};
-      process(*frame, &watch);
-      if (sinks_.timing != nullptr) sinks_.timing->add(times_);
-      sinks_.progress->update(++summary_.frames);
-      (void)watch.lap_ms();  // drawing the progress bar belongs to no stage
+      add_times({{"decode", watch.lap_ms()}});
+      if (live) std::this_thread::sleep_until(start + seconds(frame->timestamp_s));
+      if (!pipeline->put(graph::input_of(std::move(*frame)))) break;
+      if (sinks_.window != nullptr && !sinks_.window->update()) break;
+      (void)watch.lap_ms();  // waiting for room belongs to no stage
     }
+    pipeline->wait_for_all();
+    if (sinks_.window != nullptr) (void)sinks_.window->update();
     summary_.interrupted = InterruptGuard::requested();
     summary_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    summary_.pipeline = pipeline->statistics();
+    summary_.dropped = static_cast<std::int64_t>(summary_.pipeline.dropped);
     return summary_;
   }
 
  private:
-  void process(const Frame& frame, Stopwatch* watch) {
-    StageTrace trace;
-    const FrameEstimate estimate = estimated(frame, &trace);
-    times_.insert(times_.end(), estimate.times.begin(), estimate.times.end());
-    times_.push_back({"all stages", watch->lap_ms()});
-    sinks_.poses->write(frame.index, frame.timestamp_s, estimate);
-    times_.push_back({"write", watch->lap_ms()});
-    if (frame.error.empty()) write_pictures(frame, estimate, trace, watch);
-    count(estimate);
+  static Clock::duration seconds(double value) {
+    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
   }
 
-  FrameEstimate estimated(const Frame& frame, StageTrace* trace) {
-    if (!frame.error.empty()) {
-      sinks_.progress->message(frame.error);
-      ++summary_.unreadable;
-      PoseEstimate none;
-      none.reason = frame.error;
-      return {{}, std::vector<PoseEstimate>(parts_.size(), none), {}};
-    }
-    try {
-      return estimator_.estimate(view_of(frame.image), sinks_.debug != nullptr ? trace : nullptr);
-    } catch (const Error& error) {
-      throw Error(error.kind(), fmt::format("{}: {}", frame.name, error.what()));
-    }
+  void add_times(const std::vector<StageTime>& times) {
+    const std::scoped_lock lock(timing_mutex_);
+    if (sinks_.timing != nullptr) sinks_.timing->add(times);
+    if (sinks_.report != nullptr) sinks_.report->add_times(times);
   }
 
-  void write_pictures(const Frame& frame, const FrameEstimate& estimate, const StageTrace& trace, Stopwatch* watch) {
-    if (sinks_.overlay != nullptr) {
-      sinks_.overlay->write(frame.index, overlay(frame.image, camera_, parts_, estimate));
-      times_.push_back({"overlay", watch->lap_ms()});
+  void process(const graph::FrameTask& frame) {
+    std::vector<StageTime> times = frame.estimate.times;
+    const double milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - frame.entered).count();
+    times.push_back({"in the pipeline", milliseconds});
+    require_usable_frame(frame);
+    if (sinks_.report != nullptr) sinks_.report->add(as_read(frame), frame.estimate, milliseconds);
+    Stopwatch watch;
+    sinks_.poses->write(frame.id, frame.timestamp_s,
+                        sinks_.extrinsics != nullptr ? in_body(frame.estimate, *sinks_.extrinsics) : frame.estimate);
+    times.push_back({"write", watch.lap_ms()});
+    if (!frame.failure) write_pictures(frame, &watch, &times);
+    add_times(times);
+    count(frame.estimate);
+    sinks_.progress->update(++summary_.frames);
+  }
+
+  // A file that cannot be read is one frame's trouble; what fails later would fail for the next frame, too.
+  void require_usable_frame(const graph::FrameTask& frame) {
+    if (!frame.failure) return;
+    if (frame.image.view.data != nullptr) {
+      throw Error(frame.failure->kind(), fmt::format("{}: {}", frame.name, frame.failure->what()));
+    }
+    sinks_.progress->message(frame.failure->what());
+    ++summary_.unreadable;
+  }
+
+  static Frame as_read(const graph::FrameTask& frame) {
+    return {frame.id, frame.timestamp_s, frame.name, frame.failure ? cv::Mat() : mat_of(frame.image.view),
+            frame.failure ? frame.failure->what() : ""};
+  }
+
+  void write_pictures(const graph::FrameTask& frame, Stopwatch* watch, std::vector<StageTime>* times) {
+    const cv::Mat image = mat_of(frame.image.view);
+    if (sinks_.overlay != nullptr || sinks_.window != nullptr) {
+      const cv::Mat picture = overlay(image, camera_, parts_, frame.estimate);
+      if (sinks_.overlay != nullptr) sinks_.overlay->write(frame.id, picture);
+      if (sinks_.window != nullptr) sinks_.window->offer(picture);
+      times->push_back({"overlay", watch->lap_ms()});
     }
     if (sinks_.debug != nullptr) {
-      for (const DebugPicture& picture : debug_pictures(frame.image, camera_, parts_, estimate, trace)) {
-        sinks_.debug->write(frame.index, picture.name, picture.picture);
+      for (const DebugPicture& picture : debug_pictures(image, camera_, parts_, frame.estimate, frame.stages)) {
+        sinks_.debug->write(frame.id, picture.name, picture.picture);
       }
-      times_.push_back({"debug pictures", watch->lap_ms()});
+      times->push_back({"debug pictures", watch->lap_ms()});
     }
   }
 
@@ -104,19 +129,18 @@ class Run {
   }
 
   FrameSource& source_;
-  Estimator& estimator_;
   const CameraModel& camera_;
   std::span<const PartModel> parts_;
   const RunSinks& sinks_;
-  std::vector<StageTime> times_;  ///< of the frame at hand
+  std::mutex timing_mutex_;
   RunSummary summary_;
 };
 
 }  // namespace
 
-RunSummary run_estimation(FrameSource& source, Estimator& estimator, const CameraModel& camera,
-                          std::span<const PartModel> parts, const RunSinks& sinks) {
-  return Run(source, estimator, camera, parts, sinks).run();
+RunSummary run_estimation(FrameSource& source, const MakePipeline& make_pipeline, const CameraModel& camera,
+                          std::span<const PartModel> parts, const RunSinks& sinks, bool live) {
+  return Run(source, camera, parts, sinks).run(make_pipeline, live);
 }
 
 }  // namespace cylpose::apps

@@ -33,6 +33,7 @@ int run(int argc, char** argv) {
   apps::add_synth_command(app);
   apps::add_tune_command(app);
   apps::add_devices_command(app);
+  apps::add_cluster_commands(app);
 
   try {
     app.parse(argc, argv);

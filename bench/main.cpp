@@ -42,6 +42,7 @@ void register_wanted(const NameFilter& filter) {
   };
   bench::register_backend_benchmarks(add);
   bench::register_start_benchmarks(add);
+  bench::register_pipeline_benchmarks(add);
   bench::register_bandwidth_benchmarks(add);
 }
 

@@ -28,8 +28,8 @@ CameraModel scaled(CameraModel camera, const FrameSize& size) {
   return camera;
 }
 
-cv::Mat rendered(const Scenario& scenario, const CameraModel& camera) {
-  Scene scene = scenario.scene(kFrame);
+cv::Mat rendered(const Scenario& scenario, const CameraModel& camera, int frame = kFrame) {
+  Scene scene = scenario.scene(frame);
   scene.camera = camera;
   DegradeOptions options;
   options.blur_sigma_px = scenario.blur_sigma_px;
@@ -77,6 +77,17 @@ BenchScene roi_scene(const FrameSize& size) {
   region.update(scene.parts, before);
   scene.search = region.next();
   return scene;
+}
+
+const Recording& recording() {
+  static const Recording made = [] {
+    constexpr int kFrames = 8;
+    const Scenario& scenario = find_scenario(kScenario);
+    Recording result{{}, scaled(scenario.camera, kPlainSize), scenario.parts};
+    for (int i = 0; i < kFrames; ++i) result.pictures.push_back(rendered(scenario, result.camera, kFrame + i));
+    return result;
+  }();
+  return made;
 }
 
 BenchScene empty_scene() {

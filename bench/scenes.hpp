@@ -39,6 +39,16 @@ struct BenchScene {
 /// The same picture, searched only where the part's pose in the frame before says (SearchRegion).
 [[nodiscard]] BenchScene roi_scene(const FrameSize& size);
 
+/// Some frames of the scenario that follow each other, 1280 x 720.
+struct Recording {
+  std::vector<cv::Mat> pictures;
+  CameraModel camera;
+  std::vector<PartModel> parts;
+};
+
+/// Rendered at the first call.
+[[nodiscard]] const Recording& recording();
+
 /// 64 x 64 pixels of an evenly grey frame: nothing to find, so what it takes is the way there and back.
 [[nodiscard]] BenchScene empty_scene();
 

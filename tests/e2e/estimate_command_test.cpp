@@ -55,6 +55,25 @@ TEST_F(EstimateCommand, GuessesTheFormatFromTheExtension) {
   EXPECT_THAT(line, testing::StartsWith("0.1 "));
 }
 
+TEST_F(EstimateCommand, ExtrinsicsGivePosesInTheBodysFrame) {
+  write_frames(2);
+  const std::string extrinsics =
+      file("extrinsics.yaml", "rotation: [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]\ntranslation_m: [1, 2, 3]\n");
+  ASSERT_EQ(estimate({"--output", path("cam.csv"), path("frames")}).exit_code, 0);
+  ASSERT_EQ(estimate({"--extrinsics", extrinsics, "--output", path("body.csv"), path("frames")}).exit_code, 0);
+  const std::vector<PoseRow> in_cam = load_poses(path("cam.csv"));
+  const std::vector<PoseRow> in_body = load_poses(path("body.csv"));
+  ASSERT_EQ(in_body.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Eigen::Vector3d& c = in_cam[i].pose.center_in_cam;
+    EXPECT_LT((in_body[i].pose.center_in_cam - Eigen::Vector3d(1 + c.z(), 2 - c.x(), 3 - c.y())).norm(), 1e-5);
+    EXPECT_NEAR(in_body[i].sigma_center_m.x(), in_cam[i].sigma_center_m.z(), 1e-7);
+  }
+  const CommandResult refused = estimate({"--extrinsics", file("bad.yaml", "rotation: [1]\n"), path("frames")});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("bad.yaml"));
+}
+
 TEST_F(EstimateCommand, FormatOverridesTheExtension) {
   write_frames(1);
   ASSERT_EQ(estimate({"--format", "jsonl", "--output", "-", path("frames")}).exit_code, 0);
@@ -96,7 +115,7 @@ TEST_F(EstimateCommand, TimingNamesTheStages) {
   const CommandResult result = estimate({"--timing", "--output", path("poses.csv"), path("frames")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, testing::ContainsRegex("stage \\[ms\\] +mean +median +p95 +frames\n"));
-  for (const char* stage : {"decode", "contours", "all stages", "write"}) {
+  for (const char* stage : {"decode", "contours", "in the pipeline", "write"}) {
     EXPECT_THAT(result.err, testing::ContainsRegex(std::string("\n") + stage + " +[0-9.]+ +[0-9.]+ +[0-9.]+ +2\n"));
   }
 }

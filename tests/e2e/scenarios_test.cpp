@@ -77,7 +77,7 @@ class ScenarioTest : public ::testing::TestWithParam<std::string> {
 double expected_median_m(const std::string& name) {
   if (name == "series1") return 0.001;
   if (name == "series2" || name == "manipulator") return 0.003;
-  if (name == "occlusion" || name == "candle") return 0.0015;
+  if (name == "occlusion" || name == "candle" || name == "along") return 0.0015;
   return 0.0008;
 }
 
