@@ -13,6 +13,7 @@ void add_connection_options(CLI::App& command, ClusterArguments& arguments) {
   command
       .add_option("--server", arguments.servers, "NATS servers, several with commas (default: nats://127.0.0.1:4222)")
       ->delimiter(',')
+      ->allow_extra_args(false)  // what follows is an input
       ->type_name("nats://HOST:PORT");
   command.add_option("--creds", arguments.creds, "Who we are: NATS credentials, or the seed of an NKey")
       ->type_name("FILE");

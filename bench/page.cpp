@@ -59,9 +59,9 @@ std::string color_of(const std::vector<std::string>& names, const std::string& s
 std::string legend_html(const std::vector<std::string>& names) {
   std::string html = "<ul class=\"legend\">\n";
   for (const std::string& name : names) {
-    html += fmt::format("<li><i class=\"{}\"></i>{}</li>\n", color_of(names, name), html_escaped(name));
+    html += fmt::format("<li class=\"{}\">{}</li>\n", color_of(names, name), html_escaped(name));
   }
-  return html + "<li><i class=\"between\"></i>between stages</li>\n<li><i class=\"limit\"></i>reading</li>\n</ul>\n";
+  return html + "<li class=\"between\">between stages</li>\n<li class=\"limit\">reading</li>\n</ul>\n";
 }
 
 double length_of(const Measured& cell) {

@@ -69,8 +69,7 @@ class LiveState {
   LiveState(CameraModel camera, std::vector<PartModel> parts, std::optional<Extrinsics> extrinsics,
             std::vector<ReportFact> facts);
 
-  /// `pipeline` and `cluster` (which may be empty) are asked until the returned guard is destroyed; then the run has
-  /// ended.
+  /// While it lives, the run goes on.
   class Attachment {
    public:
     explicit Attachment(LiveState* state) : state_(state) {}
@@ -81,6 +80,7 @@ class LiveState {
    private:
     LiveState* state_;
   };
+  /// `pipeline` and `cluster` (which may be empty) are asked for as long as the attachment lives.
   [[nodiscard]] Attachment attach(const graph::Pipeline& pipeline, AskCluster cluster);
 
   /// A frame at the sink, calls one at a time. Never waits: while a viewer just takes the frame before, this one is

@@ -73,9 +73,9 @@ function showPart(box, part) {
     ["Axis", part.axis ? part.axis.map((a) => fixed(a, 4)).join(" ") : "–",
      part.axis ? `± ${fixed(part.sigma_axis_deg, 3)}°` : ""],
     ["Residual [px]", fixed(part.rms_px, 3), ""],
-    ["Frames ok", count(part.frames.ok), ""],
-    ["Frames predicted", count(part.frames.predicted), ""],
-    ["Frames none", count(part.frames.none), ""],
+    ["Ok", count(part.frames.ok), "frames"],
+    ["Predicted", count(part.frames.predicted), "frames"],
+    ["None", count(part.frames.none), "frames"],
   ]);
 }
 

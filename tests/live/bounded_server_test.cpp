@@ -21,7 +21,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 HttpAnswer greeting(const std::string& path) {
-  if (path == "/large") return {200, "text/plain", std::string(1'000'000, 'x')};
+  if (path == "/large") return {200, "text/plain", std::string(50'000'000, 'x')};  // more than sockets hold
   if (path != "/") return {404, "text/plain", "no"};
   return {200, "text/plain", "hello"};
 }
@@ -124,6 +124,19 @@ TEST(BoundedServer, SurvivesRequestsThatAreNone) {
   }
 }
 
+// A server without the limit would wait for the end of the line, for an hour.
+TEST(BoundedServer, TakesNoMoreThanTheBytesOfARequest) {
+  ServerLimits limits;
+  limits.request_time = std::chrono::hours(1);
+  const auto server = started(limits);
+  const Connection endless(server->port());
+  endless.send("GET / HTTP/1.1\r\nHost: localhost\r\nX-Long: " + std::string(limits.request_bytes, 'a'));
+  EXPECT_THAT(endless.read_all(), ::testing::Not(HasSubstr("hello")));
+  const auto fits = answered(server->port(), "GET / HTTP/1.1\r\nHost: localhost\r\nX-Long: " +
+                                                 std::string(limits.request_bytes / 2, 'a') + "\r\n\r\n");
+  EXPECT_EQ(fits.body, "hello");
+}
+
 TEST(BoundedServer, EndsRequestsThatNeverCome) {
   ServerLimits limits;
   limits.request_time = std::chrono::milliseconds(50);
@@ -157,6 +170,7 @@ TEST(BoundedServer, StopsAtOnceWhoeverIsConnected) {
   const Connection silent(server->port());
   const Connection never_reads(server->port());
   never_reads.send("GET /large HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  EXPECT_THAT(never_reads.read_until("xxx"), HasSubstr("200 OK"));  // so both connections have been accepted
   server.reset();  // would hang
   EXPECT_EQ(silent.read_all(), "");
 }

@@ -260,6 +260,31 @@ class LiveTest(unittest.TestCase):
             self.assertGreater(depth, 0.1)
             self.assertGreater(after["cylpose_part_axis_sigma_radians", (("part", self.part),)], 0)
 
+    def test_shows_the_nodes_of_the_cluster(self):
+        if " worker " not in subprocess.run([COMMAND, "--help"], capture_output=True, text=True, check=True).stdout:
+            self.skipTest("a build without the cluster")
+        ports = os.path.join(self.folder, "ports")
+        os.mkdir(ports)
+        server = subprocess.Popen(["nats-server", "-a", "127.0.0.1", "-p", "-1", "--ports_file_dir", ports],
+                                  stderr=subprocess.DEVNULL)
+        self.addCleanup(lambda: (server.kill(), server.wait()))
+        while not (files := [f for f in os.listdir(ports) if os.path.getsize(os.path.join(ports, f)) > 0]):
+            self.assertIsNone(server.poll())
+        with open(os.path.join(ports, files[0]), encoding="utf-8") as file:
+            url = json.load(file)["nats"][0]
+        worker = subprocess.Popen([COMMAND, "worker", "--server", url, "--name", "lab", "--backend", "serial"],
+                                  stderr=subprocess.DEVNULL)
+        self.addCleanup(lambda: (worker.terminate(), worker.wait()))
+        with self.stream("--backend", "cluster", "--server", url) as run:
+            self.open(run)
+            self.until("document.querySelector('#nodes tbody')?.textContent.includes('lab.')")
+            self.assertFalse(self.browser.evaluate("document.getElementById('cluster').hidden"))
+            self.assertEqual(list(self.rows("#tiles")), ["Sent", "Used", "Late", "Refused", "Taken back"])
+            self.assertEqual(self.browser.evaluate(OVERFLOWING), [])
+            self.picture("live-cluster")
+            self.assertEqual(run.metrics()["cylpose_cluster_nodes", ()], 1)
+            self.assert_quiet(run)
+
     def test_nobody_can_write(self):
         with self.stream() as run:
             for method in ("POST", "PUT", "DELETE"):
@@ -285,6 +310,17 @@ class LiveTest(unittest.TestCase):
             self.assertLessEqual(set(answers), {200, 503})
             self.assertIn(200, answers)
             self.assertEqual(run.request("/picture.jpg")[0], 200)
+
+    def test_says_what_cannot_be_read(self):
+        with open(os.path.join(self.folder, "torn.png"), "wb") as file:
+            file.write(b"no picture")
+        with Run(self.folder, "scene", "torn.png", "scene", options=("--live", "--fps", "10")) as run:
+            self.open(run)
+            self.until("!document.getElementById('warnings').hidden")
+            self.assertIn("torn.png", self.text("#warnings li"))
+            self.until("events.readyState === EventSource.CLOSED")
+            self.assertEqual(self.rows("#frames")["Unreadable or failed"], ["1"])
+            self.assert_quiet(run)
 
     def test_a_taken_port_is_refused_before_anything_is_written(self):
         with self.stream() as run:
