@@ -18,6 +18,11 @@ const HttpHeaders kHeaders{
     {"Cache-Control", "no-store"},
 };
 
+HttpAnswer not_found() {
+  constexpr int kNotFound = 404;
+  return {kNotFound, "text/plain", "not here; the page is /\n"};
+}
+
 }  // namespace
 
 LivePage::LivePage(const LiveState& state, const std::string& address, int port, const ServerLimits& limits)
@@ -35,17 +40,16 @@ void LivePage::finish() {
 }
 
 HttpAnswer LivePage::answer(const std::string& path) {
-  constexpr int kOk = 200, kNotFound = 404;
-  const HttpAnswer nothing{kNotFound, "text/plain", "not here; the page is /\n"};
+  constexpr int kOk = 200;
   if (path == "/") return {kOk, "text/html; charset=utf-8", live_files::page_html()};
   if (path == "/live.css") return {kOk, "text/css; charset=utf-8", live_files::base_css() + live_files::page_css()};
   if (path == "/live.js") return {kOk, "text/javascript; charset=utf-8", live_files::page_js()};
   if (path == "/icon.svg") return {kOk, "image/svg+xml", live_files::icon_svg()};
   if (path == "/metrics") return {kOk, "text/plain; version=0.0.4; charset=utf-8", to_metrics(*state_.view())};
   if (path == "/events") return events();
-  if (path != "/picture.jpg") return nothing;
+  if (path != "/picture.jpg") return not_found();
   const auto picture = picture_.latest();
-  if (!picture) return nothing;
+  if (!picture) return not_found();
   return {kOk, "image/jpeg", picture->bytes, {{"X-Frame", std::to_string(picture->frame)}}};
 }
 
