@@ -171,7 +171,7 @@ TEST(BoundedServer, StopsAtOnceWhoeverIsConnected) {
   const Connection never_reads(server->port());
   never_reads.send("GET /large HTTP/1.1\r\nHost: localhost\r\n\r\n");
   EXPECT_THAT(never_reads.read_until("xxx"), HasSubstr("200 OK"));  // so both connections have been accepted
-  server.reset();  // would hang
+  server.reset();                                                   // would hang
   EXPECT_EQ(silent.read_all(), "");
 }
 
