@@ -200,7 +200,7 @@ void estimate_inputs(const Arguments& arguments) {
   }
   const Tell tell = [&live](const std::string& what) {
     fmt::print(stderr, "cylpose: {}\n", what);
-    if (live) live->warn(what);
+    if (live) live->tell(what);
   };
   const auto trace = arguments.trace.empty() ? nullptr : std::make_shared<graph::Trace>(arguments.trace);
   const Prepared run = prepared(arguments, camera, parts, trace, tell);

@@ -57,7 +57,7 @@ class Run {
     pipeline->wait_for_all();
     if (sinks_.live != nullptr) {
       sinks_.live->settle();
-      for (const std::string& warning : source_.warnings()) sinks_.live->warn(warning);
+      for (const std::string& warning : source_.warnings()) sinks_.live->tell(warning);
     }
     if (sinks_.window != nullptr) (void)sinks_.window->update();
     summary_.interrupted = InterruptGuard::requested();
@@ -103,7 +103,7 @@ class Run {
       throw Error(frame.failure->kind(), fmt::format("{}: {}", frame.name, frame.failure->what()));
     }
     sinks_.progress->message(frame.failure->what());
-    if (sinks_.live != nullptr) sinks_.live->warn(frame.failure->what());
+    if (sinks_.live != nullptr) sinks_.live->tell(frame.failure->what());
     ++summary_.unreadable;
   }
 

@@ -74,8 +74,8 @@ std::string to_json(const LiveView& view, const std::vector<ReportFact>& facts) 
             {"put_to_sink", json_of(pipeline.latency)},
             {"nodes", Json::array()},
             {"cluster", view.cluster ? json_of(*view.cluster) : Json()},
-            {"warnings", Json::array()},
-            {"warnings_in_all", view.warnings_in_all}};
+            {"messages", Json::array()},
+            {"messages_in_all", view.messages_in_all}};
   for (const ReportFact& fact : facts) json["facts"].push_back({{"label", fact.label}, {"value", fact.value}});
   for (const LivePart& part : view.parts) json["parts"].push_back(json_of(part));
   for (const graph::NodeStatistics& node : pipeline.nodes) {
@@ -83,8 +83,8 @@ std::string to_json(const LiveView& view, const std::vector<ReportFact>& facts) 
     entry.update(json_of(node.busy));
     json["nodes"].push_back(std::move(entry));
   }
-  for (const LiveWarning& warning : view.warnings) {
-    json["warnings"].push_back({{"text", warning.text}, {"times", warning.times}});
+  for (const LiveMessage& message : view.messages) {
+    json["messages"].push_back({{"text", message.text}, {"times", message.times}});
   }
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -73,7 +73,7 @@ void add_frames(const LiveView& view, Exposition& out) {
   counter("frames_failed_total", pipeline.failed, "Delivered frames that could not be used.");
   counter("frames_searched_again_total", pipeline.searched_again,
           "Delivered frames that were searched as a whole after a region.");
-  counter("warnings_total", view.warnings_in_all, "Warnings, as on standard error.");
+  counter("messages_total", view.messages_in_all, "What the user should know, as on standard error.");
   out.family("frame_latency_seconds", "summary", "From a frame being put to its poses being known.");
   out.summary({}, pipeline.latency);
   out.family("node_busy_seconds", "summary", "Work of a node on a frame.");

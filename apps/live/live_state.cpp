@@ -42,18 +42,18 @@ void LiveState::settle() {
   slot_ = newest_;
 }
 
-void LiveState::warn(const std::string& text) {
-  const std::scoped_lock lock(warnings_mutex_);
-  ++warnings_in_all_;
-  const auto known = std::ranges::find(warnings_, text, &LiveWarning::text);
-  LiveWarning warning{text, 1};
-  if (known != warnings_.end()) {
-    warning.times += known->times;
-    warnings_.erase(known);
-  } else if (warnings_.size() == kMostWarnings) {
-    warnings_.erase(warnings_.begin());
+void LiveState::tell(const std::string& text) {
+  const std::scoped_lock lock(messages_mutex_);
+  ++messages_in_all_;
+  const auto known = std::ranges::find(messages_, text, &LiveMessage::text);
+  LiveMessage message{text, 1};
+  if (known != messages_.end()) {
+    message.times += known->times;
+    messages_.erase(known);
+  } else if (messages_.size() == kMostMessages) {
+    messages_.erase(messages_.begin());
   }
-  warnings_.push_back(std::move(warning));
+  messages_.push_back(std::move(message));
 }
 
 std::shared_ptr<const LiveView> LiveState::view() const {
@@ -117,9 +117,9 @@ LiveView LiveState::made_view() const {
     }
   }
   if (shown.with_image) view.picture = shown.with_image->id;
-  const std::scoped_lock lock(warnings_mutex_);
-  view.warnings = warnings_;
-  view.warnings_in_all = warnings_in_all_;
+  const std::scoped_lock lock(messages_mutex_);
+  view.messages = messages_;
+  view.messages_in_all = messages_in_all_;
   return view;
 }
 

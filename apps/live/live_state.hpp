@@ -1,4 +1,4 @@
-// What a run shows while it goes on: the latest frame, counts, warnings. The pipeline writes, viewers read.
+// What a run shows while it goes on: the latest frame, counts, messages. The pipeline writes, viewers read.
 #pragma once
 
 #include <array>
@@ -42,7 +42,7 @@ struct LivePart {
   std::array<std::uint64_t, 3> by_status{};  ///< frames so far, by PoseStatus
 };
 
-struct LiveWarning {
+struct LiveMessage {
   std::string text;
   std::uint64_t times = 1;
 };
@@ -59,8 +59,8 @@ struct LiveView {
   std::int64_t picture = -1;    ///< the latest frame with an image; below 0: none yet
   std::vector<LivePart> parts;  ///< in the order of the part models
   std::optional<ClusterView> cluster;
-  std::vector<LiveWarning> warnings;  ///< the latest kMostWarnings, the newest last
-  std::uint64_t warnings_in_all = 0;
+  std::vector<LiveMessage> messages;  ///< the latest kMostMessages, the newest last
+  std::uint64_t messages_in_all = 0;
 };
 
 class LiveState {
@@ -91,7 +91,7 @@ class LiveState {
   void settle();
 
   /// Something the user should know. Any thread.
-  void warn(const std::string& text);
+  void tell(const std::string& text);
 
   [[nodiscard]] const CameraModel& camera() const { return camera_; }
   [[nodiscard]] const std::vector<PartModel>& parts() const { return parts_; }
@@ -107,7 +107,7 @@ class LiveState {
   /// Waits until the run has ended, or so long.
   void wait_for_end(std::chrono::milliseconds patience) const;
 
-  static constexpr std::size_t kMostWarnings = 20;
+  static constexpr std::size_t kMostMessages = 20;
   static constexpr std::chrono::milliseconds kViewAge{100};
 
  private:
@@ -134,9 +134,9 @@ class LiveState {
   mutable std::mutex slot_mutex_;
   Slot slot_;
 
-  mutable std::mutex warnings_mutex_;
-  std::vector<LiveWarning> warnings_;
-  std::uint64_t warnings_in_all_ = 0;
+  mutable std::mutex messages_mutex_;
+  std::vector<LiveMessage> messages_;
+  std::uint64_t messages_in_all_ = 0;
 
   mutable std::mutex view_mutex_;  ///< the pipeline's threads never take it
   mutable std::condition_variable ended_;

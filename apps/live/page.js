@@ -111,12 +111,12 @@ function showCluster(cluster) {
                             ["Refused", count(tiles.refused)], ["Taken back", count(tiles.taken_back)]]);
 }
 
-function showWarnings(warnings, inAll) {
-  byId("warnings").hidden = warnings.length === 0;
-  const texts = warnings.map(({text, times}) => times > 1 ? `${text} (${count(times)} times)` : text).reverse();
-  const shown = warnings.reduce((sum, {times}) => sum + times, 0);
+function showMessages(messages, inAll) {
+  byId("messages").hidden = messages.length === 0;
+  const texts = messages.map(({text, times}) => times > 1 ? `${text} (${count(times)} times)` : text).reverse();
+  const shown = messages.reduce((sum, {times}) => sum + times, 0);
   if (inAll > shown) texts.push(`and ${count(inAll - shown)} older ones`);
-  const list = byId("warnings").querySelector("ul");
+  const list = byId("messages").querySelector("ul");
   while (list.children.length > texts.length) list.lastChild.remove();
   texts.forEach((text, i) => setText(list.children[i] ?? list.appendChild(element("li", {})), text));
 }
@@ -151,7 +151,7 @@ function show(now) {
   showParts(now.parts);
   showPipeline(now);
   showCluster(now.cluster);
-  showWarnings(now.warnings, now.warnings_in_all);
+  showMessages(now.messages, now.messages_in_all);
 }
 
 const events = new EventSource("events");

@@ -85,15 +85,15 @@ TEST(LiveState, PosesAreInTheFrameOfThePosesFile) {
   EXPECT_NEAR(live.view()->parts[0].latest.pose.center_in_cam.z(), 101.2, 0.05);
 }
 
-TEST(LiveState, KeepsTheNewestWarningsAndCountsAll) {
+TEST(LiveState, KeepsTheNewestMessagesAndCountsAll) {
   const auto live = stream_state();
-  for (int i = 0; i < 30; ++i) live->warn("number " + std::to_string(i));
-  live->warn("number 20");
+  for (int i = 0; i < 30; ++i) live->tell("number " + std::to_string(i));
+  live->tell("number 20");
   const auto view = live->view();
-  EXPECT_EQ(view->warnings.size(), LiveState::kMostWarnings);
-  EXPECT_EQ(view->warnings.back().text, "number 20");
-  EXPECT_EQ(view->warnings.back().times, 2U);
-  EXPECT_EQ(view->warnings_in_all, 31U);
+  EXPECT_EQ(view->messages.size(), LiveState::kMostMessages);
+  EXPECT_EQ(view->messages.back().text, "number 20");
+  EXPECT_EQ(view->messages.back().times, 2U);
+  EXPECT_EQ(view->messages_in_all, 31U);
 }
 
 TEST(LivePage, JsonHoldsTheNumbersOfThePoses) {

@@ -316,8 +316,8 @@ class LiveTest(unittest.TestCase):
             file.write(b"no picture")
         with Run(self.folder, "scene", "torn.png", "scene", options=("--live", "--fps", "10")) as run:
             self.open(run)
-            self.until("!document.getElementById('warnings').hidden")
-            self.assertIn("torn.png", self.text("#warnings li"))
+            self.until("!document.getElementById('messages').hidden")
+            self.assertIn("torn.png", self.text("#messages li"))
             self.until("events.readyState === EventSource.CLOSED")
             self.assertEqual(self.rows("#frames")["Unreadable or failed"], ["1"])
             self.assert_quiet(run)
