@@ -69,12 +69,24 @@ std::vector<std::string> examples_of(const CLI::App& command) {
   return lines;
 }
 
+std::string description_of(const CLI::Option& option) {
+  std::string text = option.get_description();
+  if (option.get_required()) text += " (required)";
+  for (const CLI::Option* other : option.get_needs()) text += fmt::format(" (only with {})", other->get_name());
+  return text;
+}
+
 HelpFormatter::HelpFormatter() {
   column_width(kNameColumns);
 }
 
+std::string HelpFormatter::make_option_opts(const CLI::Option* option) const {
+  // Of a positional argument the name says it.
+  return option->get_positional() || option->get_items_expected_max() == 0 ? "" : " " + option->get_type_name();
+}
+
 std::string HelpFormatter::make_option_desc(const CLI::Option* option) const {
-  return wrapped(option->get_description());
+  return wrapped(description_of(*option));
 }
 
 std::string HelpFormatter::make_subcommand(const CLI::App* command) const {

@@ -26,10 +26,14 @@ void set_examples(CLI::App& command, const std::vector<std::string>& lines);
 /// The lines given to set_examples.
 [[nodiscard]] std::vector<std::string> examples_of(const CLI::App& command);
 
+/// What an option means, and whether it must be given or needs another one.
+[[nodiscard]] std::string description_of(const CLI::Option& option);
+
 /// CLI11's help with descriptions broken into lines that a terminal of 100 columns holds.
 class HelpFormatter : public CLI::Formatter {
  public:
   HelpFormatter();
+  [[nodiscard]] std::string make_option_opts(const CLI::Option* option) const override;
   [[nodiscard]] std::string make_option_desc(const CLI::Option* option) const override;
   [[nodiscard]] std::string make_subcommand(const CLI::App* command) const override;
 };

@@ -84,17 +84,14 @@ std::string entry(const CLI::Option& option) {
     names += fmt::format("{}\\fB{}\\fP", names.empty() ? "" : ", ", roff(name));
   }
   if (option.get_items_expected_max() > 0) names += fmt::format(" \\fI{}\\fP", roff(option.get_type_name()));
-  std::string text = fmt::format(".TP\n{}\n{}", names, roff(option.get_description()));
-  if (option.get_required()) text += " (required)";
-  for (const CLI::Option* other : option.get_needs()) text += fmt::format(" (with {} only)", roff(other->get_name()));
-  return text + "\n";
+  return fmt::format(".TP\n{}\n{}\n", names, roff(description_of(option)));
 }
 
 std::string argument_entries(const CLI::App& command) {
   std::string text;
   for (const CLI::Option* option : positionals(command)) {
-    text += fmt::format(".TP\n\\fI{}\\fP\n{}\n", roff(upper(option->get_name(true, false))),
-                        roff(option->get_description()));
+    text +=
+        fmt::format(".TP\n\\fI{}\\fP\n{}\n", roff(upper(option->get_name(true, false))), roff(description_of(*option)));
   }
   return text.empty() ? "" : ".SH ARGUMENTS\n" + text;
 }

@@ -23,7 +23,7 @@ OptionValue value_of(const CLI::Option& option) {
   using Kind = OptionValue::Kind;
   if (option.get_items_expected_max() == 0) return {};
   const std::string type = option.get_type_name();
-  if (type == "SCENARIO") {
+  if (option.get_name(true, false) == "SCENARIO") {
     OptionValue value{Kind::kWords, {}};
     for (const Scenario& scenario : scenarios()) value.words.push_back(scenario.name);
     return value;
