@@ -87,7 +87,7 @@ void tune(const TuneArguments& arguments) {
 void add_tune_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("tune", "Suggest a part's hue range and floors from a sample of it; prints a parts file.");
-  set_examples(*command, {"cylpose tune photo.png --rect 620,320,40,80 --name link --radius-m 0.05 --height-m 0.4 "
+  set_examples(*command, {"cylpose tune photo.png --rect 660,300,40,80 --name link --radius-m 0.05 --height-m 0.4 "
                           "--output mask.png > parts.yaml"});
   const auto arguments = std::make_shared<TuneArguments>();
   command->add_option("IMAGE", arguments->image, "Image that shows the part")->required()->type_name("FILE");
