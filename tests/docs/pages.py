@@ -33,7 +33,8 @@ def blocks(page):
 
 
 def commands(page):
-    """The commands of a page, one for each line that is no comment; a backslash joins lines."""
+    """The commands of a page: lines that are no comment and not what a program says (`cylpose: ...`). A backslash joins
+    lines."""
     found = []
     for block in blocks(page):
         if block.language not in SHELL:
@@ -48,7 +49,7 @@ def commands(page):
                 command = command[:-1] + lines[number]
             number += 1
             command = re.sub(r"(^|\s)#.*", "", command).strip()
-            if command:
+            if command and not re.match(r"\w+: ", command):
                 found.append(Command(block.line + first, command))
     return found
 

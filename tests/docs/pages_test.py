@@ -45,5 +45,16 @@ class Drawings(unittest.TestCase):
                 self.assertIsNotNone(root.find("{http://www.w3.org/2000/svg}title"))
 
 
+class QuickStart(unittest.TestCase):
+    def test_the_reasons_it_explains_are_those_of_the_library(self):
+        sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "host" / "src").glob("*.cpp"))
+        text = (ROOT / "docs" / "quickstart.md").read_text(encoding="utf-8")
+        table = text.split("## If there is no pose")[1]
+        reasons = [reason for row in re.findall(r"^\| (`[^|]*) \|", table, re.M) for reason in re.findall(r"`([^`]+)`", row)]
+        self.assertGreater(len(reasons), 5)
+        for reason in reasons:
+            self.assertIn(reason, sources)
+
+
 if __name__ == "__main__":
     unittest.main()
