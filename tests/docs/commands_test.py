@@ -22,7 +22,7 @@ import time
 import unittest
 import urllib.request
 
-from pages import ROOT, Command, commands, pages
+from pages import ROOT, Command, commands, inline_code, pages
 
 COMMAND, BUILD, NATS_SERVER = (pathlib.Path(argument) for argument in sys.argv[1:4])
 PATIENCE_S = 120
@@ -43,6 +43,9 @@ STAND_INS = [
     (r"^cylpose (worker|nodes|submit|collect)(?!.* --server)", r"cylpose \1 --server nats://127.0.0.1:4222"),
     (r" \.\.\.$", " --camera camera.yaml --parts parts.yaml --output shortened.csv frames/"),
 ]
+
+OPTION = re.compile(r"(?<![\w-])--[a-z][\w-]*")
+FOREIGN = ("cmake ", "ctest ")  # inline code with options of other programs
 
 SERVER = re.compile(r"nats-server\b")
 WORKER = re.compile(r"cylpose worker\b")
@@ -214,6 +217,20 @@ class Documentation(unittest.TestCase):
                 error = math.dist([float(row[c]) for c in ("cx", "cy", "cz")],
                                   [float(truth[row["frame"]][c]) for c in ("cx", "cy", "cz")])
                 self.assertLess(error, limit_m, f"{name}, frame {row['frame']}")
+
+    def test_options_that_the_text_names_exist(self):
+        known = set(OPTION.findall(help_of() + "".join(help_of(subcommand) for subcommand in subcommands())))
+        for script in (ROOT / "scripts").iterdir():
+            known |= set(OPTION.findall(script.read_text(encoding="utf-8")))
+        named = 0
+        for page in pages():
+            for code in inline_code(page):
+                if code.startswith(FOREIGN):
+                    continue
+                for option in OPTION.findall(code):
+                    named += 1
+                    self.assertIn(option, known, f"{page.name}: {code}")
+        self.assertGreater(named, 50)
 
     def test_examples_of_the_help(self):
         """In the order of the subcommands: what is submitted there is there to be collected."""

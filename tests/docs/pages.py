@@ -54,6 +54,10 @@ def commands(page):
     return found
 
 
+def inline_code(page):
+    return re.findall(r"`([^`\n]+)`", FENCE.sub("", page.read_text(encoding="utf-8")))
+
+
 def prose(page):
     """The page without what is code."""
     return re.sub(r"`[^`]*`", "", FENCE.sub("", page.read_text(encoding="utf-8")))
