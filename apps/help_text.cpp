@@ -80,6 +80,10 @@ HelpFormatter::HelpFormatter() {
   column_width(kNameColumns);
 }
 
+std::string HelpFormatter::make_groups(const CLI::App* app, CLI::AppFormatMode mode) const {
+  return CLI::detail::find_and_replace(CLI::Formatter::make_groups(app, mode), "\n\n\n", "\n\n");
+}
+
 std::string HelpFormatter::make_option_opts(const CLI::Option* option) const {
   // Of a positional argument the name says it.
   return option->get_positional() || option->get_items_expected_max() == 0 ? "" : " " + option->get_type_name();

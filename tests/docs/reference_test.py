@@ -10,6 +10,8 @@ import sys
 import tempfile
 import unittest
 
+from pages import ROOT
+
 COMMAND, SHARE, MANDOC = sys.argv[1:4]
 MANUAL = pathlib.Path(SHARE) / "man" / "man1"
 COMPLETION = pathlib.Path(SHARE) / "bash-completion" / "completions" / "cylpose"
@@ -30,6 +32,21 @@ def subcommands():
 def options_in(text):
     """The long options that a help text or a rendered manual page describes."""
     return set(re.findall(r"^ +(?:-\w, ?)?(--[\w-]+)", text, re.M))
+
+
+class Help(unittest.TestCase):
+    def test_exit_codes_are_those_of_the_page_on_files(self):
+        page = (ROOT / "docs" / "files.md").read_text(encoding="utf-8")
+        codes = re.findall(r"^ +(\d+)  (.*)$", help_of("estimate").split("Exit codes:\n")[1], re.M)
+        self.assertEqual(len(codes), len(re.findall(r"^\| \d+ \|", page.split("## Exit codes")[1], re.M)))
+        for code, meaning in codes:
+            self.assertIn(f"| {code} | {meaning}", page)
+
+    def test_lines_fit_a_terminal_of_100_columns(self):
+        for command in subcommands():
+            text = help_of(command)
+            for line in text.split("Examples:")[0].splitlines():
+                self.assertLessEqual(len(line), 100, command)
 
 
 class ManualPages(unittest.TestCase):
