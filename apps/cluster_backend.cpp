@@ -32,7 +32,8 @@ void add_cluster_backend(CLI::App& estimate, ClusterArguments& arguments) {
       .add_option("--deadline", arguments.deadline_ms,
                   fmt::format("Milliseconds after which the local device does what nodes owe (default: {})",
                               arguments.deadline_ms))
-      ->type_name("MS");
+      ->type_name("MS")
+      ->group("NATS server");
   register_backend({"cluster", "the local device and workers on other machines (--server)",
                     [] { return cluster_backend(make_default_backend().backend, {}, tell_user).backend; }});
 }

@@ -18,6 +18,7 @@
 #include "cluster_backend.hpp"
 #include "commands.hpp"
 #include "estimate_run.hpp"
+#include "help_text.hpp"
 #include "interrupt.hpp"
 #include "live/live_page.hpp"
 #include "output.hpp"
@@ -93,6 +94,12 @@ struct Prepared {
   MakePipeline make_pipeline;
   AskCluster cluster;
 };
+
+std::vector<std::string> backend_names() {
+  std::vector<std::string> names;
+  for (const BackendInfo& backend : backends()) names.emplace_back(backend.name);
+  return names;
+}
 
 // Made before outputs are touched: everything that can be refused about it is refused here.
 Prepared prepared(const Arguments& arguments, const CameraModel& camera, const std::vector<PartModel>& parts,
@@ -249,23 +256,35 @@ void estimate_inputs(const Arguments& arguments) {
 
 void add_estimate_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("estimate", "Estimate the poses of coloured cylinders in images.");
+  set_examples(
+      *command,
+      {"cylpose estimate --camera camera.yaml --parts parts.yaml --overlay overlay --output poses.csv video.mp4",
+       "cylpose estimate --camera camera.yaml --parts parts.yaml --output poses.csv --report report.html frames/",
+       "cylpose estimate --camera camera.yaml --parts parts.yaml --filter --live --show /dev/video0"});
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("--camera", arguments->camera, "Calibration: YAML of camera_info or of OpenCV")
-      ->required()
-      ->type_name("FILE");
-  command->add_option("--parts", arguments->parts, "The cylinders: YAML with sizes and colours")
+  add_cluster_backend(*command, arguments->cluster);
+  command
+      ->add_option("--camera", arguments->camera,
+                   "Calibration: a camera_info or OpenCV file (YAML); all images must have its size")
       ->required()
       ->type_name("FILE");
   command
-      ->add_option("--extrinsics", arguments->extrinsics,
-                   "Where the camera sits: YAML with rotation and translation_m; poses are written in that frame")
+      ->add_option("--parts", arguments->parts,
+                   "The cylinders (YAML): radius and height in metres, hue range; `cylpose tune` makes one")
+      ->required()
+      ->type_name("FILE");
+  command
+      ->add_option(
+          "--extrinsics", arguments->extrinsics,
+          "Where the camera sits on its carrier (YAML: rotation, translation_m); poses are then written in the "
+          "carrier's frame (default: camera frame: x right, y down, z forward)")
       ->type_name("FILE");
   command
       ->add_option(
           "--backend", arguments->backend,
           "Who does the per-pixel work; `cylpose devices` lists them (default: opencl where a device is found, else "
           "serial)")
-      ->type_name("NAME");
+      ->type_name(fmt::format("{}", fmt::join(backend_names(), "|")));
   command
       ->add_option("--device", arguments->device,
                    "OpenCL devices to run on: index, type or part of the name, several with commas, cpu/2 for halves "
@@ -273,16 +292,15 @@ void add_estimate_command(CLI::App& app) {
       ->type_name("DEVICE");
   command
       ->add_option("--method", arguments->method,
-                   fmt::format("One of: {} (default: {})", fmt::join(method_names(), ", "), arguments->method))
-      ->type_name("NAME");
-  command->add_option("-o,--output", arguments->output, "Where the poses go; - is standard output (default)")
+                   fmt::format("`thesis` is the method of the thesis, on OpenCV (default: {})", arguments->method))
+      ->type_name(fmt::format("{}", fmt::join(method_names(), "|")));
+  command->add_option("-o,--output", arguments->output, "Where the poses go (default: -, standard output)")
       ->type_name("FILE|-");
   command
-      ->add_option("--format", arguments->format, "csv, jsonl or tum (default: by the extension of --output, or csv)")
-      ->type_name("NAME");
+      ->add_option("--format", arguments->format, "Form of the poses (default: by the extension of --output, or csv)")
+      ->type_name("csv|jsonl|tum");
   command->add_option("--overlay", arguments->overlay, "Pictures with the poses drawn in: a folder, or a video file")
       ->type_name("DIR|video.mp4");
-  add_cluster_backend(*command, arguments->cluster);
   command->add_option("--debug-dir", arguments->debug_dir, "A picture per stage, part and frame")->type_name("DIR");
   CLI::Option* report =
       command->add_option("--report", arguments->report, "The run as one HTML page: tables, plots, pictures")
@@ -291,8 +309,9 @@ void add_estimate_command(CLI::App& app) {
       ->needs(report)
       ->type_name("TRUTH.csv");
   command->add_flag("--timing", arguments->timing, "Print how long each stage takes");
-  command->add_flag("--filter", arguments->filter,
-                    "Filter the poses over time: smoother, and `predicted` while a part is hidden");
+  command->add_flag(
+      "--filter", arguments->filter,
+      "Filter the poses over time: smoother, and `predicted` while a part is hidden (default: every frame on its own)");
   command->add_flag("--live", arguments->live,
                     "Drop frames that are stale instead of falling behind; recordings play at their own speed");
   command->add_flag("--show", arguments->show, "Show the overlay in a window; q or Escape ends the run");
