@@ -17,7 +17,8 @@ using Pixels = py::array_t<std::uint8_t, py::array::c_style>;
 class TimedEstimator {
  public:
   TimedEstimator(const std::filesystem::path& camera, const std::filesystem::path& parts, const std::string& backend)
-      : estimator_(cylpose::make_estimator("default", cylpose::load_camera(camera), cylpose::load_parts(parts), backend)) {}
+      : estimator_(
+            cylpose::make_estimator("default", cylpose::load_camera(camera), cylpose::load_parts(parts), backend)) {}
 
   double estimate_us(const Pixels& image) {
     const cylpose::ImageView view{image.data(), static_cast<int>(image.shape(1)), static_cast<int>(image.shape(0)),

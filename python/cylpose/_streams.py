@@ -46,7 +46,7 @@ class _Results(Iterator[FrameEstimate]):
 class Stream(_Results):
     """What stream() returns: an iterator over the results."""
 
-    def __init__(self, inputs: Sequence[str], camera: Camera, parts: Parts, *, backend: str, device: str, filter: bool,
+    def __init__(self, inputs: Sequence[bytes], camera: Camera, parts: Parts, *, backend: str, device: str, filter: bool,
                  live: bool, lag: int, fps: float, images: bool) -> None:
         models = as_parts(parts)
         self._native = _cylpose.Stream(inputs, as_camera(camera), models, backend, device, filter, live, lag, fps, images)
@@ -82,7 +82,7 @@ def stream(inputs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]], ca
     loop, for frames of another size than the calibration; DeviceError when a camera or device fails.
     """
     paths = [inputs] if isinstance(inputs, (str, os.PathLike)) else inputs
-    return Stream([os.fspath(path) for path in paths], camera, parts, backend=backend, device=device, filter=filter,
+    return Stream([os.fsencode(path) for path in paths], camera, parts, backend=backend, device=device, filter=filter,
                   live=live, lag=lag, fps=fps, images=images)
 
 
@@ -97,7 +97,8 @@ class Pipeline(_Results):
         pipeline.finish()
         for result in pipeline: ...
 
-    Arguments as for stream().
+    Arguments as for stream(). The iterator waits for the next result, up to the last one before finish(). With live=True a
+    frame that waits is dropped for a newer one, and has no result.
     """
 
     _native: _cylpose.Pipeline
@@ -116,9 +117,10 @@ class Pipeline(_Results):
         """
         return self._native.put(image, timestamp_s, color_order)
 
-    def ready(self) -> list[FrameEstimate]:
-        """The results that have come since, without waiting."""
-        return [self._result(*values) for values in self._native.ready()]
+    def ready(self) -> Iterator[FrameEstimate]:
+        """Iterates over the results that have come, without waiting."""
+        while (values := self._native.try_next()) is not None:
+            yield self._result(*values)
 
     def finish(self) -> None:
         """No more frames: waits until all are done, and lets the iterator end behind the last result."""

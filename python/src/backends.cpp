@@ -58,10 +58,7 @@ void bind_backends(py::module_& module) {
     return descriptions;
   });
   module.def("devices", [] {
-    const std::vector<OpenclDevice> found = [] {
-      const py::gil_scoped_release no_gil;
-      return opencl_devices();
-    }();
+    const std::vector<OpenclDevice> found = without_gil(opencl_devices);
     py::list devices;
     for (const OpenclDevice& device : found) devices.append(to_python(device));
     return devices;

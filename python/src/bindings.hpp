@@ -7,6 +7,13 @@ namespace cylpose::python {
 
 namespace py = pybind11;
 
+/// What `work` returns, which other threads of Python need not wait for.
+template <typename Work>
+auto without_gil(Work work) {
+  const py::gil_scoped_release no_gil;
+  return work();
+}
+
 void bind_backends(py::module_& module);
 void bind_errors();
 void bind_estimator(py::module_& module);

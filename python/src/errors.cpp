@@ -2,6 +2,7 @@
 #include <exception>
 
 #include "bindings.hpp"
+#include "text.hpp"
 
 namespace cylpose::python {
 namespace {
@@ -22,9 +23,8 @@ void translate(std::exception_ptr failure) {
   try {
     std::rethrow_exception(std::move(failure));
   } catch (const Error& error) {
-    // Messages name files, whose names may be in any encoding.
-    const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(error.what()));
-    PyErr_SetObject(py::module_::import("cylpose._errors").attr(class_of(error.kind())).ptr(), text.ptr());
+    const py::object kind = py::module_::import("cylpose._errors").attr(class_of(error.kind()));
+    PyErr_SetObject(kind.ptr(), python_text(error.what()).ptr());
   }
 }
 

@@ -29,7 +29,10 @@ class LockedEstimator {
   py::tuple estimate(const py::object& image, std::string_view color_order) {
     const ImageView view = view_of_array(image, color_order);
     try {
-      const FrameEstimate result = estimate_without_gil(view);
+      const FrameEstimate result = without_gil([&] {
+        const std::scoped_lock lock(mutex_);
+        return estimator_->estimate(view);
+      });
       return to_python(result);
     } catch (const Error& error) {
       // A device that is late may go on reading the image (make_opencl_backend): it stays until the process ends.
@@ -45,12 +48,6 @@ class LockedEstimator {
   }
 
  private:
-  FrameEstimate estimate_without_gil(const ImageView& view) {
-    const py::gil_scoped_release no_gil;
-    const std::scoped_lock lock(mutex_);
-    return estimator_->estimate(view);
-  }
-
   std::mutex mutex_;
   std::unique_ptr<Estimator> estimator_;
 };

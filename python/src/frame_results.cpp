@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cylpose/error.hpp>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "images.hpp"
 #include "models.hpp"
 #include "results.hpp"
+#include "text.hpp"
 
 namespace cylpose::python {
 namespace {
@@ -50,12 +52,9 @@ py::tuple result_of(const graph::FrameTask& frame, bool with_image) {
   if (frame.failure && frame.image.view.data != nullptr) {
     throw Error(frame.failure->kind(), fmt::format("{}: {}", name_of(frame), frame.failure->what()));
   }
-  const auto file_system_text = [](const std::string& text) {
-    return py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(text.c_str()));
-  };
   const bool has_image = with_image && frame.image.view.data != nullptr;
-  return py::make_tuple(frame.id, frame.timestamp_s, file_system_text(frame.name),
-                        file_system_text(frame.failure ? frame.failure->what() : ""),
+  return py::make_tuple(frame.id, frame.timestamp_s, python_text(frame.name),
+                        python_text(frame.failure ? frame.failure->what() : std::string_view()),
                         has_image ? py::object(array_on(frame.image)) : py::none(), to_python(frame.estimate));
 }
 

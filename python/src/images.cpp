@@ -17,7 +17,7 @@ PixelFormat format_from(std::string_view color_order) {
   throw Error(ErrorKind::kInput, fmt::format("unknown color_order '{}'; write bgr or rgb", color_order));
 }
 
-std::string text_of(const py::object& object) {
+std::string printed(const py::object& object) {
   return py::str(object).cast<std::string>();
 }
 
@@ -41,7 +41,7 @@ ImageView view_of_array(const py::object& image, std::string_view color_order) {
         ErrorKind::kInput,
         fmt::format("image is an array of {} of shape {}; cylpose takes 8-bit images of 1 or 3 channels: uint8 of "
                     "shape (height, width) or (height, width, 3)",
-                    text_of(array.dtype()), text_of(image.attr("shape"))));
+                    printed(array.dtype()), printed(image.attr("shape"))));
   }
   ImageView view;
   view.data = static_cast<const std::uint8_t*>(array.data());
@@ -53,7 +53,7 @@ ImageView view_of_array(const py::object& image, std::string_view color_order) {
     throw Error(ErrorKind::kInput,
                 fmt::format("image has the strides {}; the pixels of a row must lie side by side: give "
                             "numpy.ascontiguousarray(image), or color_order for another order of the channels",
-                            text_of(image.attr("strides"))));
+                            printed(image.attr("strides"))));
   }
   view.stride = view.height > 1 ? array.strides(0) : view.width * channels;
   return view;

@@ -13,6 +13,7 @@
 
 #include "bindings.hpp"
 #include "fields.hpp"
+#include "text.hpp"
 
 namespace cylpose::python {
 namespace {
@@ -63,8 +64,8 @@ py::tuple to_python(const CameraModel& camera) {
 }
 
 py::tuple to_python(const PartModel& part) {
-  return py::make_tuple(part.name, part.radius_m, part.height_m, py::make_tuple(part.hue_lo_deg, part.hue_hi_deg),
-                        part.min_saturation, part.min_value);
+  return py::make_tuple(python_text(part.name), part.radius_m, part.height_m,
+                        py::make_tuple(part.hue_lo_deg, part.hue_hi_deg), part.min_saturation, part.min_value);
 }
 
 }  // namespace
@@ -87,7 +88,7 @@ std::vector<PartModel> parts_of(const py::iterable& parts) {
   std::vector<PartModel> models;
   for (const py::handle part : parts) {
     const auto [lo, hi] = field<std::pair<double, double>>(part, "hue_deg", "two numbers, from and to");
-    models.push_back({field<std::string>(part, "name", "text"), field<double>(part, "radius_m", kNumber),
+    models.push_back({native_text(field<py::str>(part, "name", "text")), field<double>(part, "radius_m", kNumber),
                       field<double>(part, "height_m", kNumber), lo, hi, field<double>(part, "min_saturation", kNumber),
                       field<double>(part, "min_value", kNumber)});
   }
@@ -96,12 +97,14 @@ std::vector<PartModel> parts_of(const py::iterable& parts) {
 
 void bind_models(py::module_& module) {
   module.def(
-      "load_camera", [](const std::filesystem::path& path) { return to_python(load_camera(path)); }, py::arg("path"));
+      "load_camera",
+      [](const std::filesystem::path& path) { return to_python(without_gil([&] { return load_camera(path); })); },
+      py::arg("path"));
   module.def(
       "load_parts",
       [](const std::filesystem::path& path) {
         py::list parts;
-        for (const PartModel& part : load_parts(path)) parts.append(to_python(part));
+        for (const PartModel& part : without_gil([&] { return load_parts(path); })) parts.append(to_python(part));
         return parts;
       },
       py::arg("path"));

@@ -1,4 +1,5 @@
 // Frames that the program pushes: NumPy arrays in, results in order out.
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cylpose/error.hpp>
@@ -6,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -63,7 +65,7 @@ class PushPipeline {
     let_go_->drop();
     graph::SharedImage shared{view, let_go_->keep(image)};
     const py::gil_scoped_release no_gil;
-    const std::scoped_lock lock(put_mutex_);
+    const std::scoped_lock lock(pipeline_mutex_);
     if (finished_ || !pipeline_->put({next_, timestamp_s, "", std::move(shared), {}})) {
       throw Error(ErrorKind::kInput, "the pipeline takes no frames after finish or close; make another one");
     }
@@ -77,35 +79,29 @@ class PushPipeline {
     return result_of(*frame, false);
   }
 
-  py::list ready() {
-    py::list results;
-    for (;;) {
-      const std::optional<graph::FramePtr> frame = queue_.take(std::chrono::milliseconds(0));
-      if (!frame || *frame == nullptr) break;
-      results.append(result_of(**frame, false));
-    }
+  py::object try_next() {
+    const std::optional<graph::FramePtr> frame = queue_.take(std::chrono::milliseconds(0));
     let_go_->drop();
-    return results;
+    return frame && *frame ? py::object(result_of(**frame, false)) : py::none();
   }
 
   void finish() {
     const py::gil_scoped_release no_gil;
-    {
-      const std::scoped_lock lock(put_mutex_);
-      finished_ = true;
-    }
+    const std::scoped_lock lock(pipeline_mutex_);
+    if (!pipeline_) return;
+    finished_ = true;
     pipeline_->wait_for_all();
     queue_.end();
   }
 
+  // Gives back threads and memory.
   void close() {
     {
       const py::gil_scoped_release no_gil;
+      const std::scoped_lock lock(pipeline_mutex_);
       queue_.close();
-      pipeline_->cancel();
-      const std::scoped_lock lock(put_mutex_);
       finished_ = true;
-      pipeline_->wait_for_all();
+      pipeline_.reset();
     }
     let_go_->drop();
   }
@@ -114,10 +110,10 @@ class PushPipeline {
   CameraModel camera_;
   std::shared_ptr<LetGo> let_go_ = std::make_shared<LetGo>();
   ResultQueue queue_{std::numeric_limits<std::size_t>::max()};
-  std::mutex put_mutex_;  ///< numbers are given in the order of acceptance
+  std::mutex pipeline_mutex_;  ///< numbers are given in the order of acceptance
   std::int64_t next_ = 0;
   bool finished_ = false;
-  std::unique_ptr<graph::Pipeline> pipeline_;
+  std::unique_ptr<graph::Pipeline> pipeline_;  ///< null once closed
 };
 
 }  // namespace
@@ -129,7 +125,7 @@ void bind_pipeline(py::module_& module) {
            py::arg("live"), py::arg("lag"))
       .def("put", &PushPipeline::put, py::arg("image"), py::arg("timestamp_s"), py::arg("color_order"))
       .def("next", &PushPipeline::next)
-      .def("ready", &PushPipeline::ready)
+      .def("try_next", &PushPipeline::try_next)
       .def("finish", &PushPipeline::finish)
       .def("close", &PushPipeline::close);
 }

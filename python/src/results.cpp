@@ -13,6 +13,7 @@
 #include "fields.hpp"
 #include "images.hpp"
 #include "models.hpp"
+#include "text.hpp"
 
 namespace cylpose::python {
 namespace {
@@ -22,10 +23,6 @@ using RowMajor6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 using Sides = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-py::str text(std::string_view value) {
-  return {value.data(), value.size()};
-}
 
 template <typename Matrix>
 py::array_t<double> array(const Matrix& matrix) {
@@ -53,7 +50,7 @@ py::tuple to_python(const PoseEstimate& part) {
     covariance.setConstant(kNan);
     sides.setConstant(kNan);
   }
-  return py::make_tuple(text(to_string(part.status)), text(row.reason), array(row.pose.center_in_cam),
+  return py::make_tuple(python_text(to_string(part.status)), python_text(row.reason), array(row.pose.center_in_cam),
                         array(row.pose.axis_in_cam), array(covariance), array(row.sigma_center_m), row.sigma_axis_deg,
                         row.rms_px, part.support, part.seen, array(sides));
 }
@@ -80,7 +77,7 @@ PoseStatus status_from(std::string_view word) {
 PoseEstimate pose_estimate_of(const py::handle& part) {
   PoseEstimate estimate;
   estimate.status = status_from(field<std::string>(part, "status", "a status"));
-  estimate.reason = field<std::string>(part, "reason", "text");
+  estimate.reason = native_text(field<py::str>(part, "reason", "text"));
   estimate.pose.center_in_cam = matrix_field<Eigen::Vector3d>(part, "center_in_cam");
   estimate.pose.axis_in_cam = matrix_field<Eigen::Vector3d>(part, "axis_in_cam");
   estimate.covariance = matrix_field<RowMajor6>(part, "covariance");
@@ -101,7 +98,7 @@ py::tuple to_python(const FrameEstimate& estimate) {
   for (std::size_t i = 0; i < estimate.parts.size(); ++i) parts[i] = to_python(estimate.parts[i]);
   py::dict times;
   for (const StageTime& time : estimate.times) {
-    const py::str stage = text(time.stage);
+    const py::str stage = python_text(time.stage);
     // A stage runs twice in a frame that is searched again.
     times[stage] = time.milliseconds + (times.contains(stage) ? times[stage].cast<double>() : 0);
   }
@@ -122,9 +119,12 @@ void bind_overlay(py::module_& module) {
   module.def(
       "overlay",
       [](const py::object& image, const py::object& camera, const py::iterable& parts, const py::object& estimate) {
-        const cv::Mat picture = mat_of(view_of_array(image, "bgr"));
-        return array_on(
-            graph::shared(overlay(picture, camera_of(camera), parts_of(parts), frame_estimate_of(estimate))));
+        const ImageView view = view_of_array(image, "bgr");
+        const CameraModel camera_model = camera_of(camera);
+        const std::vector<PartModel> part_models = parts_of(parts);
+        const FrameEstimate frame = frame_estimate_of(estimate);
+        return array_on(graph::shared(
+            without_gil([&] { return cylpose::overlay(mat_of(view), camera_model, part_models, frame); })));
       },
       py::arg("image"), py::arg("camera"), py::arg("parts"), py::arg("estimate"));
 }

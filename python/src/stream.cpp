@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <cylpose/frame_source.hpp>
 #include <cylpose/graph/nodes.hpp>
 #include <exception>
@@ -44,25 +45,36 @@ class Stream {
     return result_of(*frame, images_);
   }
 
-  // Whoever comes first closes; the others wait until that is done.
+  // Gives back threads, memory and cameras; who comes second waits until that is done.
   void close() {
     const py::gil_scoped_release no_gil;
+    const std::scoped_lock lock(close_mutex_);
+    if (!pipeline_) return;
     {
-      const std::scoped_lock lock(stop_mutex_);
+      const std::scoped_lock stop_lock(stop_mutex_);
       stop_ = true;
       stopped_.notify_all();
     }
     queue_.close();
     pipeline_->cancel();
-    const std::scoped_lock lock(join_mutex_);
-    if (reader_.joinable()) reader_.join();
+    reader_.join();
+    dropped_ = pipeline_->statistics().dropped;
+    pipeline_.reset();
+    warnings_ = source_->warnings();
+    source_.reset();
   }
 
-  [[nodiscard]] std::uint64_t dropped() const { return pipeline_->statistics().dropped; }
+  [[nodiscard]] std::uint64_t dropped() {
+    const py::gil_scoped_release no_gil;
+    const std::scoped_lock lock(close_mutex_);
+    return pipeline_ ? pipeline_->statistics().dropped : dropped_;
+  }
 
-  // Once all frames have been read: sources are not made to be asked while they read.
-  [[nodiscard]] std::vector<std::string> warnings() const {
-    return read_ ? source_->warnings() : std::vector<std::string>();
+  // None before all frames have been read: a source is not made to be asked meanwhile.
+  [[nodiscard]] std::vector<std::string> warnings() {
+    const py::gil_scoped_release no_gil;
+    const std::scoped_lock lock(close_mutex_);
+    return source_ && read_ ? source_->warnings() : warnings_;
   }
 
  private:
@@ -105,8 +117,10 @@ class Stream {
   std::condition_variable stopped_;
   bool stop_ = false;
   std::atomic<bool> read_ = false;
-  std::mutex join_mutex_;
   std::thread reader_;
+  std::mutex close_mutex_;
+  std::uint64_t dropped_ = 0;          ///< once closed
+  std::vector<std::string> warnings_;  ///< once closed
 };
 
 std::unique_ptr<Stream> make_stream(const std::vector<std::string>& inputs, const py::object& camera,

@@ -138,7 +138,7 @@ class Refusals(unittest.TestCase):
                 ("focal length", (uncalibrated, parts), {}),
                 ("part 'flat'", (camera, [flat]), {}),
                 ("no part to look for", (camera, []), {}),
-                ("unknown backend 'gpu'", (camera, parts), {"backend": "gpu"}),
+                ("there is no backend 'gpu'", (camera, parts), {"backend": "gpu"}),
                 ("device 'cpu': only the backend opencl", (camera, parts), {"backend": "serial", "device": "cpu"}),
                 ("unknown distortion_model 'fish'", (cylpose.CameraModel(9, 9, 9, 9, 4, 4, "fish"), parts), {}),
                 ("unknown transfer 'rec709'", (cylpose.CameraModel(9, 9, 9, 9, 4, 4, transfer="rec709"), parts), {})):

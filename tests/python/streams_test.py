@@ -24,7 +24,7 @@ def threads():
 
 def open_stream(frames=None, inputs=None, **options):
     frames = frames or scene.sequence()
-    return cylpose.stream(inputs or frames.frames, frames.camera, frames.parts, backend="serial", **options)
+    return cylpose.stream(frames.frames if inputs is None else inputs, frames.camera, frames.parts, backend="serial", **options)
 
 
 def small_pipeline(**options):
@@ -184,6 +184,17 @@ class Failures(unittest.TestCase):
         self.assertEqual(results[1].parts[0].reason, results[1].error)
         self.assertIsNone(results[1].image)
 
+    def test_files_may_have_names_in_any_encoding(self):
+        frames = scene.sequence()
+        file = os.fsencode(scene.folder()) + b"/\xff.png"
+        with open(file, "wb") as damaged:
+            damaged.write(b"no picture")
+        result, = cylpose.stream(os.fsdecode(file), frames.camera, frames.parts, backend="serial")
+        self.assertEqual(result.name, os.fsdecode(file))
+        self.assertIn(os.fsdecode(file), result.parts[0].reason)
+        with self.assertRaisesRegex(cylpose.InputError, "no_\udcff.yaml"):
+            cylpose.load_camera("no_\udcff.yaml")
+
     def test_frames_of_another_size_raise_behind_the_good_ones(self):
         frames = scene.sequence()
         small = scene.folder() / "small.png"
@@ -223,7 +234,7 @@ class Pipelines(unittest.TestCase):
             expected = estimator.estimate(image)
             self.assertEqual(result.searched, expected.searched)
             np.testing.assert_array_equal(result.parts[0].covariance, expected.parts[0].covariance)
-        self.assertEqual((list(pipeline), pipeline.ready()), ([], []))
+        self.assertEqual((list(pipeline), list(pipeline.ready())), ([], []))
 
     def test_one_thread_puts_and_another_takes(self):
         image, _, _ = scene.small_view()
