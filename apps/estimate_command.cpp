@@ -320,7 +320,7 @@ void add_estimate_command(CLI::App& app) {
           ->add_option(
               "--serve", arguments->serve,
               "Show the run while it goes on, on a page for browsers; port 0 is any that is free (default: no page)")
-          ->check(CLI::Range(0, 65535))
+          ->check(CLI::Range(0, 65535).description(""))
           ->type_name("PORT");
   command
       ->add_option("--serve-address", arguments->serve_address,
