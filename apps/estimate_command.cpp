@@ -317,9 +317,10 @@ void add_estimate_command(CLI::App& app) {
   command->add_flag("--show", arguments->show, "Show the overlay in a window; q or Escape ends the run");
   CLI::Option* serve =
       command
-          ->add_option("--serve", arguments->serve,
-                       "Show the run while it goes on, on a page for browsers; port 0 is any that is free")
-          ->check(CLI::Range(0, 65535))
+          ->add_option(
+              "--serve", arguments->serve,
+              "Show the run while it goes on, on a page for browsers; port 0 is any that is free (default: no page)")
+          ->check(CLI::Range(0, 65535).description(""))
           ->type_name("PORT");
   command
       ->add_option("--serve-address", arguments->serve_address,
