@@ -21,7 +21,7 @@
 #define CYL_FIRST (-11)
 #define CYL_LAST 13
 
-// Light, at most 49151 a pixel; or a channel, a direction in the space of colours with components of at most 13 bits
+// Light, at most 65535 a pixel; or a channel, a direction in the space of colours with components of at most 13 bits
 // and a sign. A product of the two, summed over the colours, fits 32 bits.
 typedef struct {
   int r;
@@ -35,7 +35,7 @@ typedef struct {
   long b;
 } WideLight;
 
-// 3/4 of the mean of the three lines.
+// The light along a line; it counts twice, and its neighbours once.
 typedef struct {
   const Lines* lines;
   const global ushort* light;
@@ -53,9 +53,9 @@ static void read_pixel(Profile* profile, int k) {
   const global uchar* middle = pixel_of_line(&lines->middle, k);
   const global uchar* after = pixel_beside(lines, 1, k);
   const int i = k - CYL_FIRST;
-  profile->r[i] = (light[red_of(before)] + light[red_of(middle)] + light[red_of(after)]) >> 2;
-  profile->g[i] = (light[green_of(before)] + light[green_of(middle)] + light[green_of(after)]) >> 2;
-  profile->b[i] = (light[blue_of(before)] + light[blue_of(middle)] + light[blue_of(after)]) >> 2;
+  profile->r[i] = (light[red_of(before)] + 2 * light[red_of(middle)] + light[red_of(after)]) / 4;
+  profile->g[i] = (light[green_of(before)] + 2 * light[green_of(middle)] + light[green_of(after)]) / 4;
+  profile->b[i] = (light[blue_of(before)] + 2 * light[blue_of(middle)] + light[blue_of(after)]) / 4;
 }
 
 // Reads what is missing of the pixels first to last.
@@ -178,21 +178,27 @@ static int crossing(Profile* profile, Light channel, const BorderFilter* filter,
   return CYL_NOT_FOUND;
 }
 
-// Whether the outside is so even near a border on the line that its level there is known.
-static bool is_even_outside(Profile* profile, Light channel, int border) {
-  const int middle = (int)rounded_quotient(border, CYL_SUBPIXEL);
-  read_up_to(profile, middle - CYL_FARTHEST, middle + CYL_FARTHEST);
+// The outside near a border: how much its levels differ, and how far it stands out from the inside. `mirrored`: with
+// the levels at equal distances inside added.
+typedef struct {
+  int spread;
+  int height;
+} Outside;
+
+static Outside outside_of(Profile* profile, Light channel, int border, bool mirrored) {
+  read_up_to(profile, border - CYL_FARTHEST, border + CYL_FARTHEST);
   int lowest = INT_MAX;
   int highest = INT_MIN;
-  int sum = 0;
+  int height = 0;
   for (int k = CYL_NEAREST; k <= CYL_FARTHEST; ++k) {
-    const int both_sides = level_at(profile, channel, middle - k) + level_at(profile, channel, middle + k);
-    lowest = min(lowest, both_sides);
-    highest = max(highest, both_sides);
-    sum += both_sides;
+    const int inside = level_at(profile, channel, border + k);
+    const int outside = level_at(profile, channel, border - k) + (mirrored ? inside : 0);
+    lowest = min(lowest, outside);
+    highest = max(highest, outside);
+    height += mirrored ? outside : inside - outside;
   }
-  const int even = 5;  // times the spread must not be above the mean
-  return (highest - lowest) * even * (CYL_FARTHEST - CYL_NEAREST + 1) <= sum;
+  const Outside result = {highest - lowest, height};
+  return result;
 }
 
 // A place on the line as an offset along the gradient; CYL_NOT_FOUND out of reach.
@@ -210,7 +216,7 @@ static int slope_at(const Profile* profile, Light channel, int k) {
 static int offset_by_limb(Profile* profile, Light channel) {
   const Line* line = &profile->lines->middle;
   const int reach = pixels_along(line, CYL_REACH);
-  read_up_to(profile, -reach - 1, reach);
+  read_up_to(profile, -reach - 2, reach + 1);
   int steepest = -reach;
   int peak = slope_at(profile, channel, steepest);
   for (int k = -reach + 1; k <= reach; ++k) {
@@ -224,7 +230,14 @@ static int offset_by_limb(Profile* profile, Light channel) {
   const BorderFilter filter = limb_filter();
   const int steps = 2;
   int border = crossing(profile, channel, &filter, steepest, steps);
-  if (border == CYL_NOT_FOUND) border = steepest * CYL_SUBPIXEL - CYL_SUBPIXEL / 2;
+  if (border == CYL_NOT_FOUND) {
+    const int before = slope_at(profile, channel, steepest - 1);
+    const int after = slope_at(profile, channel, steepest + 1);
+    const int curvature = 2 * peak - before - after;
+    if (before > peak || after > peak || curvature == 0) return 0;
+    const int vertex = (int)rounded_quotient((long)(after - before) * (CYL_SUBPIXEL / 2), curvature);
+    border = steepest * CYL_SUBPIXEL - CYL_SUBPIXEL / 2 + vertex;
+  }
   const int offset = offset_of(line, border);
   return offset == CYL_NOT_FOUND ? 0 : offset;
 }
@@ -243,15 +256,24 @@ static int offset_by_share(Profile* profile, Light part) {
   const WideLight rest = perpendicular(outside, color);
   const int bits = 16;
   const WideLight cut = {rest.r >> bits, rest.g >> bits, rest.b >> bits};
-  const long least = 300 * (CYL_BACKGROUND_PIXELS * 3 / 4) * (dot_wide(color, color) >> bits);
+  const long least = 300 * CYL_BACKGROUND_PIXELS * (dot_wide(color, color) >> bits);
   if (dot_wide(cut, cut) < least * least) return CYL_NOT_FOUND;
 
   const Light channel = narrowed(rest);
   const BorderFilter filter = share_filter();
   const int border = crossing(profile, channel, &filter, 0, pixels_along(line, CYL_REACH));
   const int offset = border == CYL_NOT_FOUND ? CYL_NOT_FOUND : offset_of(line, border);
-  if (offset == CYL_NOT_FOUND || is_even_outside(profile, channel, border)) return offset;
-  return offset_by_limb(profile, narrowed(perpendicular(color, outside)));
+  if (offset == CYL_NOT_FOUND) return CYL_NOT_FOUND;
+
+  const int middle = (int)rounded_quotient(border, CYL_SUBPIXEL);
+  const Outside share = outside_of(profile, channel, middle, true);
+  const long even = 25;  // times the spread must not be above the height
+  if (even * share.spread > share.height) {
+    const Light turned = narrowed(perpendicular(color, outside));
+    const Outside part = outside_of(profile, turned, middle, false);
+    if (2L * part.spread * share.height <= (long)share.spread * part.height) return offset_by_limb(profile, turned);
+  }
+  return offset;
 }
 
 CYL_KERNEL void locate_edges(const global uchar* image, const KernelFrame frame, const global ushort* light_tables,

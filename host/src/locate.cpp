@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cylpose/locate.hpp>
+#include <limits>
 #include <optional>
 
 #include "channels.hpp"
@@ -187,13 +188,14 @@ std::optional<Light> part_color(const ImageView& image, const LinearImage& light
                rounded_quotient(sum.b * kUnit, largest)};
 }
 
-// The light along a line and its neighbours: 3/4 of the mean of the three.
+// The light along a line; it counts twice, and its neighbours once. (Where the border is curved, they pull the place
+// in.)
 class Profile {
  public:
   Profile(const LinearImage& image, const Line& line) {
     for (int k = kFirst; k <= kLast; ++k) {
       Light sum;
-      for (const int side : {-1, 0, 1}) sum += image.at(line.x(k, side), line.y(k, side));
+      for (const int side : {-1, 0, 0, 1}) sum += image.at(line.x(k, side), line.y(k, side));
       pixels_[index(k)] = {sum.r / 4, sum.g / 4, sum.b / 4};
     }
   }
@@ -253,30 +255,34 @@ std::optional<std::int64_t> crossing(const Profile& profile, const Light& channe
   return std::nullopt;
 }
 
-// Whether the outside is so even near a border on the line that its level there is known. Of a blurred step before an
-// even outside, the levels at equal distances on both sides sum up to the same everywhere.
-bool is_even_outside(const Profile& profile, const Light& channel, std::int64_t border) {
+// The outside near a border: how much its levels differ, and how far it stands out from the inside (both over some
+// pixels, so that only their ratio means something).
+struct Outside {
+  std::int64_t spread;
+  std::int64_t height;
+};
+
+// `mirrored`: with the levels at equal distances inside added. Those of a blurred step before an even outside sum up to
+// the same everywhere.
+Outside outside_of(const Profile& profile, const Light& channel, int border, bool mirrored) {
   constexpr int kNearest = 2;  // pixels from the border
   constexpr int kFarthest = 6;
-  const auto middle = static_cast<int>(rounded_quotient(border, kSubpixel));
-  const auto both_sides = [&](int k) {
-    return level(profile[middle - k], channel) + level(profile[middle + k], channel);
-  };
-  std::int64_t lowest = both_sides(kNearest);
-  std::int64_t highest = lowest;
-  std::int64_t sum = lowest;
-  for (int k = kNearest + 1; k <= kFarthest; ++k) {
-    lowest = std::min(lowest, both_sides(k));
-    highest = std::max(highest, both_sides(k));
-    sum += both_sides(k);
+  std::int64_t lowest = std::numeric_limits<std::int64_t>::max();
+  std::int64_t highest = std::numeric_limits<std::int64_t>::min();
+  std::int64_t height = 0;
+  for (int k = kNearest; k <= kFarthest; ++k) {
+    const std::int64_t inside = level(profile[border + k], channel);
+    const std::int64_t outside = level(profile[border - k], channel) + (mirrored ? inside : 0);
+    lowest = std::min(lowest, outside);
+    highest = std::max(highest, outside);
+    height += mirrored ? outside : inside - outside;
   }
-  constexpr int kEven = 5;  // times the spread must not be above the mean
-  return (highest - lowest) * kEven * (kFarthest - kNearest + 1) <= sum;
+  return {highest - lowest, height};
 }
 
 // By a channel that is zero outside. The limb filter's sum has more zeros than one, so it starts from the largest
-// slope, which lies at most a pixel inside of the border, and takes that where there is no zero near by. Zero where the
-// light does not rise inward at all.
+// slope, which lies at most a pixel inside of the border, and takes the vertex of that (a parabola through three
+// slopes) where there is no zero near by. Zero where the light does not rise inward at all.
 std::int64_t offset_by_limb(const Profile& profile, const Line& line, const Light& channel) {
   const auto slope = [&](int k) {  // between pixels k - 1 and k
     return level(profile[k], channel) - level(profile[k - 1], channel);
@@ -286,10 +292,18 @@ std::int64_t offset_by_limb(const Profile& profile, const Line& line, const Ligh
   for (int k = -reach + 1; k <= reach; ++k) {
     if (slope(k) > slope(steepest)) steepest = k;
   }
-  if (slope(steepest) <= 0) return 0;
+  const std::int64_t peak = slope(steepest);
+  if (peak <= 0) return 0;
   constexpr int kSteps = 2;
-  const std::optional<std::int64_t> border = crossing(profile, channel, kLimbFilter, steepest, kSteps);
-  const std::int64_t offset = line.to_normal(border.value_or(steepest * kSubpixel - kSubpixel / 2));
+  std::optional<std::int64_t> border = crossing(profile, channel, kLimbFilter, steepest, kSteps);
+  if (!border) {
+    const std::int64_t before = slope(steepest - 1);
+    const std::int64_t after = slope(steepest + 1);
+    if (before > peak || after > peak || 2 * peak == before + after) return 0;
+    border = steepest * kSubpixel - kSubpixel / 2 +
+             rounded_quotient((after - before) * (kSubpixel / 2), 2 * peak - before - after);
+  }
+  const std::int64_t offset = line.to_normal(*border);
   return std::abs(offset) > kReach ? 0 : offset;
 }
 
@@ -309,14 +323,23 @@ std::optional<std::int64_t> offset_by_share(const Profile& profile, const Line& 
   constexpr std::int64_t kLeastContrast = 300;
   constexpr int kCut = 16;  // bits, so that squares fit
   const Light cut{rest.r >> kCut, rest.g >> kCut, rest.b >> kCut};
-  const std::int64_t least = kLeastContrast * (kBackgroundPixels * 3 / 4) * (dot(color, color) >> kCut);
+  const std::int64_t least = kLeastContrast * kBackgroundPixels * (dot(color, color) >> kCut);
   if (dot(cut, cut) < least * least) return std::nullopt;
 
   const Light channel = narrowed(rest);
   const std::optional<std::int64_t> border = crossing(profile, channel, kShareFilter, 0, line.pixels(kLocateReach));
   if (!border || std::abs(line.to_normal(*border)) > kReach) return std::nullopt;
-  if (is_even_outside(profile, channel, *border)) return line.to_normal(*border);
-  return offset_by_limb(profile, line, narrowed(perpendicular(color, outside)));
+
+  const auto middle = static_cast<int>(rounded_quotient(*border, kSubpixel));
+  const Outside share = outside_of(profile, channel, middle, true);
+  constexpr int kEven = 25;  // times the spread must not be above the height: a fifth of one pixel's level
+  if (kEven * share.spread > share.height) {
+    const Light turned = narrowed(perpendicular(color, outside));
+    const Outside part = outside_of(profile, turned, middle, false);
+    // Twice as even, or shading costs more than it saves.
+    if (2 * part.spread * share.height <= share.spread * part.height) return offset_by_limb(profile, line, turned);
+  }
+  return line.to_normal(*border);
 }
 
 }  // namespace
