@@ -6,7 +6,8 @@
 //   k =  -11 ... -8 -7 -6 -5 -4 -3 -2 -1  0  1  2  3  4  5 ... 13     pixels of the line
 //                 b  b  b  b                                        background (for a line along the gradient)
 //                             -  -  +  +  +  +  -  -                share filter, in the channel that the part has not
-//                                   +  -  -  +  +  +  -  -          limb filter, in one that the outside has not
+//                                   +  -  -  +  +  +  -  -          limb and ramp filter, in one that the outside has
+//                                   not
 //
 // host/src/locate.cpp says why. Border rule: that of line.cl.
 
@@ -213,6 +214,21 @@ static int slope_at(const Profile* profile, Light channel, int k) {
   return level_at(profile, channel, k) - level_at(profile, channel, k - 1);
 }
 
+static int three_levels(const Profile* profile, Light channel, int k) {
+  return level_at(profile, channel, k) + level_at(profile, channel, k + 1) + level_at(profile, channel, k + 2);
+}
+
+// Whether the light inside of a slope goes on to rise, and does so as straight as no limb.
+static bool is_ramp(Profile* profile, Light channel, int steepest) {
+  read_up_to(profile, steepest - 3, steepest + 8);
+  const int near_sum = three_levels(profile, channel, steepest);
+  const int middle_sum = three_levels(profile, channel, steepest + 3);
+  const int far_sum = three_levels(profile, channel, steepest + 6);
+  const int outside_sum = 3 * level_at(profile, channel, steepest - 3);
+  return 3 * (far_sum - near_sum) > near_sum - outside_sum &&
+         8 * (2 * middle_sum - near_sum - far_sum) < far_sum - near_sum;
+}
+
 static int offset_by_limb(Profile* profile, Light channel) {
   const Line* line = &profile->lines->middle;
   const int reach = pixels_along(line, CYL_REACH);
@@ -227,9 +243,12 @@ static int offset_by_limb(Profile* profile, Light channel) {
     }
   }
   if (peak <= 0) return 0;
-  const BorderFilter filter = limb_filter();
-  const int steps = 2;
-  int border = crossing(profile, channel, &filter, steepest, steps);
+  int border = CYL_NOT_FOUND;
+  if (!is_ramp(profile, channel, steepest)) {
+    const BorderFilter filter = limb_filter();
+    const int steps = 2;
+    border = crossing(profile, channel, &filter, steepest, steps);
+  }
   if (border == CYL_NOT_FOUND) {
     const int before = slope_at(profile, channel, steepest - 1);
     const int after = slope_at(profile, channel, steepest + 1);

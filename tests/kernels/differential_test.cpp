@@ -242,7 +242,7 @@ TEST_P(Differential, BordersBeforeAllKindsOfBackground) {
   using testing::light_of_codes;
   const std::vector<PartModel> red{{"red", 0.05, 0.4, 340, 20, 0.3, 0.1}};
   const std::vector<PartModel> bright{{"bright", 0.05, 0.4, 0, 360, 0, 0.3}};
-  std::vector<testing::SlantedEdge> cases(6);
+  std::vector<testing::SlantedEdge> cases(7);
   cases[1].background = light_of_codes(90, 90, 90);
   cases[1].second = light_of_codes(200, 180, 170);
   cases[1].texture_px = 7;
@@ -252,6 +252,8 @@ TEST_P(Differential, BordersBeforeAllKindsOfBackground) {
   cases[3].noise = 5;
   cases[4].blur_px = 2.5;
   cases[4].noise = 8;
+  cases[6] = cases[2];
+  cases[6].light_rad = -0.35;
   cases[5].gray = true;
   cases[5].part = light_of_codes(200, 200, 200);
   cases[5].background = light_of_codes(40, 40, 40);
