@@ -6,8 +6,7 @@
 //   k =  -11 ... -8 -7 -6 -5 -4 -3 -2 -1  0  1  2  3  4  5 ... 13     pixels of the line
 //                 b  b  b  b                                        background (for a line along the gradient)
 //                             -  -  +  +  +  +  -  -                share filter, in the channel that the part has not
-//                                   +  -  -  +  +  +  -  -          limb and ramp filter, in one that the outside has
-//                                   not
+//                                   +  -  -  +  +  +  -  -          limb filter, in one that the outside has not
 //
 // host/src/locate.cpp says why. Border rule: that of line.cl.
 
