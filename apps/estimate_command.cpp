@@ -260,7 +260,7 @@ void add_estimate_command(CLI::App& app) {
       *command,
       {"cylpose estimate --camera camera.yaml --parts parts.yaml --overlay overlay --output poses.csv video.mp4",
        "cylpose estimate --camera camera.yaml --parts parts.yaml --output poses.csv --report report.html frames/",
-       "cylpose estimate --camera camera.yaml --parts parts.yaml --filter --live --show /dev/video0"});
+       "cylpose estimate --camera camera.yaml --parts parts.yaml --filter --live --serve 8080 /dev/video0"});
   const auto arguments = std::make_shared<Arguments>();
   add_cluster_backend(*command, arguments->cluster);
   command
