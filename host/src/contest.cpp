@@ -10,8 +10,6 @@
 #include <cylpose/refine.hpp>
 #include <limits>
 #include <numbers>
-#include <cstdio>
-#include <cstdlib>
 #include <utility>
 
 namespace cylpose {
@@ -90,7 +88,7 @@ Contest::Contest(const CameraModel& camera, const PartModel& part, const SolveOp
     : camera_(camera),
       part_(part),
       options_(options),
-      judge_(camera, part, options, region, points, chains), n_points_(points.size()), m00_(region.m00),
+      judge_(camera, part, options, region, points, chains),
       to_compare_(thinned(points, kPointsToCompare)),
       to_come_near_(thinned(points, kPointsToComeNear)) {}
 
@@ -211,7 +209,6 @@ PoseEstimate Contest::verdict() const {
   if (solutions_.empty()) return no_pose("no pose explains the edges");
   const Solution& chosen = *preferred();
   const double sigma_px = edge_sigma_px();
-  if (getenv("CYL_DBG")) for (const Solution& o : solutions_) { const auto& p=o.estimate.pose; const double area=Outline::of(camera_,part_,p)?Outline::of(camera_,part_,p)->area_px():0; fprintf(stderr,"DBG len %.2f %s ok%d endon%d rim%d tilt %.1f d %.2f rms %.2f seen %.2f sup %d/%zu rating %.2f misfit %.1f clump %.1f fill %.2f ev %.1f px %.0f %.0f %s\n",[&]{ auto oo=Outline::of(camera_,part_,p); if(!oo) return 0.0; return (ideal_pixel(camera_,Eigen::Vector3d(p.center_in_cam+0.2*p.axis_in_cam))-ideal_pixel(camera_,Eigen::Vector3d(p.center_in_cam-0.2*p.axis_in_cam))).norm()/(0.1*camera_.fx/p.center_in_cam.z());}(),&o==&chosen?"*":" ",is_ok(o),o.is_end_on,o.shows_a_rim,std::acos(std::min(1.0,std::abs(p.axis_in_cam.dot(p.center_in_cam.normalized()))))*57.3,p.center_in_cam.norm(),o.estimate.rms_px,o.estimate.seen,o.estimate.support,n_points_,o.rating,judge_.misfit(o,sigma_px),o.clumping,static_cast<double>(m00_)/area,judge_.evidence(chosen,o,sigma_px),ideal_pixel(camera_,p.center_in_cam).x(),ideal_pixel(camera_,p.center_in_cam).y(),o.estimate.reason.c_str()); }
   if (!is_ok(chosen)) return no_pose(chosen.estimate.reason);
   PoseEstimate estimate = chosen.estimate;
   for (const Solution& other : solutions_) {

@@ -60,7 +60,7 @@ class Contest {
   const CameraModel& camera_;
   const PartModel& part_;
   const SolveOptions& options_;
-  Judge judge_; std::size_t n_points_=0; long m00_=0;
+  Judge judge_;
   std::vector<EdgePoint> to_compare_;
   std::vector<EdgePoint> to_come_near_;
   std::vector<CylinderPose> finished_;
