@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cylpose/outline.hpp>
 #include <numbers>
+#include <numeric>
 
 namespace cylpose {
 namespace {
@@ -17,6 +18,8 @@ constexpr double kMinNormalCosine = 0.8;
 // 0.001 px.
 constexpr double kFootPointStepPx = 0.2;
 constexpr int kMaxFootPointSteps = 4;
+// By this factor farther outside than matches may be: perspective makes the first guess of the distance inexact.
+constexpr double kFarOutside = 1.5;
 
 Eigen::Vector2d perpendicular(const Eigen::Vector2d& v) {
   return {-v.y(), v.x()};
@@ -46,10 +49,11 @@ Outline::CircleImage::Place Outline::CircleImage::at(const Eigen::Vector2d& on_c
   return {middle + offset, scale * (ahead.x() * by_cosine + ahead.y() * by_sine - w.dot(ahead) * offset)};
 }
 
-// Cosine and sine of an angle near the foot point's, exact for points on the ellipse. Across a flat one, whose long
-// axis is nearly by_sine, the place along that axis tells more than the direction from the middle.
-Eigen::Vector2d Outline::CircleImage::first_guess(const Eigen::Vector2d& position_px, double max_distance_px,
-                                                  double cosine_sign) const {
+// Cosine and sine of an angle near the foot point's, exact for points on the ellipse; none for points clearly farther
+// outside than `max_distance_px`. Across a flat ellipse, whose long axis is nearly by_sine, the place along that axis
+// tells more than the direction from the middle.
+std::optional<Eigen::Vector2d> Outline::CircleImage::first_guess(const Eigen::Vector2d& position_px,
+                                                                 double max_distance_px, double cosine_sign) const {
   const Eigen::Vector2d offset = position_px - middle;
   const Eigen::Vector2d along = by_sine - w.y() * offset;
   const Eigen::Vector2d toward = by_cosine - w.x() * offset;
@@ -62,10 +66,16 @@ Eigen::Vector2d Outline::CircleImage::first_guess(const Eigen::Vector2d& positio
   if (across_squared > flat * flat) {
     const double cosine = offset.dot(across) / across_squared;
     const Eigen::Vector2d direction(cosine, sine - cosine * shear);
-    if (direction.squaredNorm() > 0) return direction.normalized();
+    const double squared = direction.squaredNorm();
+    // The square is convex: over its slope, what it is above 1 is no more than the distance.
+    const Eigen::Vector2d slope = 2 * (direction.x() - shear * direction.y()) / across_squared * across +
+                                  2 * direction.y() * per_sine * along;
+    const double reach = kFarOutside * max_distance_px;
+    if (squared > 1 && (squared - 1) * (squared - 1) > reach * reach * slope.squaredNorm()) return std::nullopt;
+    if (squared > 0) return direction / std::sqrt(squared);
   }
   const double cut = std::clamp(sine, -1.0, 1.0);
-  return {cosine_sign * std::sqrt(1 - cut * cut), cut};
+  return Eigen::Vector2d(cosine_sign * std::sqrt(1 - cut * cut), cut);
 }
 
 std::optional<Outline> Outline::of(const CameraModel& camera, const PartModel& part, const CylinderPose& pose) {
@@ -131,9 +141,13 @@ void Outline::count_stations() {
   }
 }
 
+std::size_t Outline::station_count() const {
+  return static_cast<std::size_t>(std::accumulate(stations_of_.begin(), stations_of_.end(), 0));
+}
+
 std::vector<Outline::Station> Outline::stations() const {
   std::vector<Station> stations;
-  stations.reserve(std::size_t{4} * kMaxStations);
+  stations.reserve(station_count());
   for (const OutlinePiece piece : {kSide0, kSide1, kBase0, kBase1}) {
     const int count = stations_of_[piece];
     for (int i = 0; i < count; ++i) {
@@ -204,8 +218,9 @@ std::optional<OutlineMatch> Outline::match_base(std::size_t base, const EdgePoin
   const Eigen::Vector2d& position_px = edge.position_px;
   if (signed_distance(chords_[base], position_px) > max_distance_px + 1) return std::nullopt;
   const CircleImage& circle = circles_[base];
-  Eigen::Vector2d on_circle =
-      cut_to_arc(base, circle.first_guess(position_px, max_distance_px, arc_middle_[base].x() > 0 ? 1 : -1));
+  const auto guess = circle.first_guess(position_px, max_distance_px, arc_middle_[base].x() > 0 ? 1 : -1);
+  if (!guess) return std::nullopt;
+  Eigen::Vector2d on_circle = cut_to_arc(base, *guess);
   CircleImage::Place place = circle.at(on_circle);
   for (int step = 0; step < kMaxFootPointSteps; ++step) {
     const double squared = place.tangent.squaredNorm();

@@ -28,16 +28,6 @@ constexpr double kOutlierCost = 4.5;
 // A base whose rim is more than this share of the outline: the view is along the axis, the sides are short.
 constexpr double kMinRimShare = 0.6;
 
-// The outline's area inside the image, taken to be the share of its stations that lie there.
-double visible_area(const CameraModel& camera, const Outline& outline) {
-  const auto stations = outline.stations();
-  const auto inside = std::count_if(stations.begin(), stations.end(), [&](const Outline::Station& station) {
-    const auto& p = station.position_px;
-    return p.x() >= 0 && p.y() >= 0 && p.x() < camera.width && p.y() < camera.height;
-  });
-  return outline.area_px() * static_cast<double>(inside) / static_cast<double>(stations.size());
-}
-
 // The chains' points one after the other, thinned to about `at_most`.
 std::vector<EdgePoint> along_chains(const std::vector<EdgePoint>& points, const std::vector<Chain>& chains,
                                     std::size_t at_most) {
@@ -187,7 +177,9 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   for (const std::size_t base : {std::size_t{0}, std::size_t{1}}) {
     if (refined->piece_seen[kBase0 + base] < 0.5) fail_if_of_other_length(estimate, refined->pose, base, unexplained);
   }
-  judge(solution, std::move(hearing), visible_area(camera_, *outline));
+  // Inside the image, taken to be the share of its stations that lie there.
+  const double visible_area_px = outline->area_px() * stations / static_cast<double>(outline->station_count());
+  judge(solution, std::move(hearing), visible_area_px);
   return solution;
 }
 

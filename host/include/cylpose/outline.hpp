@@ -45,6 +45,7 @@ class Outline {
     Eigen::Vector2d position_px;
   };
   [[nodiscard]] std::vector<Station> stations() const;
+  [[nodiscard]] std::size_t station_count() const;
 
   /// Index of the station nearest to a match.
   [[nodiscard]] std::size_t station_of(const OutlineMatch& match) const;
@@ -74,8 +75,8 @@ class Outline {
       Eigen::Vector2d tangent;  // pixels per radian
     };
     [[nodiscard]] Place at(const Eigen::Vector2d& on_circle) const;
-    [[nodiscard]] Eigen::Vector2d first_guess(const Eigen::Vector2d& position_px, double max_distance_px,
-                                              double cosine_sign) const;
+    [[nodiscard]] std::optional<Eigen::Vector2d> first_guess(const Eigen::Vector2d& position_px, double max_distance_px,
+                                                             double cosine_sign) const;
   };
 
   Outline(const CameraModel& camera, const PartModel& part, const CylinderPose& pose, const OutlineArcs& arcs);
