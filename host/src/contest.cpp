@@ -77,6 +77,13 @@ Eigen::Matrix<double, 6, 1> difference(const CylinderPose& from, const CylinderP
   return change;
 }
 
+CylinderPose moved(const CylinderPose& pose, const Eigen::Matrix<double, 6, 1>& change) {
+  const Eigen::Vector3d rotation = change.tail<3>();
+  const double angle = rotation.norm();
+  if (angle == 0) return pose;
+  return {pose.center_in_cam + change.head<3>(), Eigen::AngleAxisd(angle, rotation / angle) * pose.axis_in_cam};
+}
+
 bool is_ok(const Solution& solution) {
   return solution.estimate.status == PoseStatus::kOk;
 }
@@ -148,6 +155,21 @@ void Contest::enter_mirror_image() {
   if (coarse) finish(*coarse);
 }
 
+bool Contest::is_within(const Solution& a, const Solution& b, double factor) const {
+  const Eigen::Matrix<double, 6, 1> change = difference(a.estimate.pose, b.estimate.pose);
+  return change.head<3>().norm() <= factor * kOtherCenter * part_.height_m &&
+         change.tail<3>().norm() <= factor * kOtherAxis;
+}
+
+bool Contest::is_one_answer(const Solution& a, const Solution& b) const {
+  return is_within(a, b, 1);
+}
+
+// From the pose midway neither is another answer.
+bool Contest::may_lie_midway(const Solution& a, const Solution& b) const {
+  return !a.is_end_on && !b.is_end_on && is_within(a, b, 2);
+}
+
 void Contest::finish(const CoarsePose& coarse) {
   const bool known = std::any_of(finished_.begin(), finished_.end(), [&](const CylinderPose& other) {
     return look_alike(camera_, part_, coarse.pose, other, kSameEndPx);
@@ -171,10 +193,9 @@ double Contest::edge_sigma_px() const {
 
 const Solution* Contest::leader() const {
   const double sigma_px = edge_sigma_px();
-  const auto found =
-      std::min_element(solutions_.begin(), solutions_.end(), [&](const Solution& a, const Solution& b) {
-        return judge_.misfit(a, sigma_px) < judge_.misfit(b, sigma_px);
-      });
+  const auto found = std::min_element(solutions_.begin(), solutions_.end(), [&](const Solution& a, const Solution& b) {
+    return judge_.misfit(a, sigma_px) < judge_.misfit(b, sigma_px);
+  });
   return found == solutions_.end() ? nullptr : &*found;
 }
 
@@ -191,15 +212,23 @@ bool Contest::is_decided() const {
 }
 
 // The leader; but of what explains the edges about as well, the view of a base alone, whose covariance covers all that
-// could hide behind it, and otherwise a pose that passes the self-check before one that does not.
+// could hide behind it, and otherwise a pose that passes the self-check before one that does not, unless that is the
+// same answer and fits better.
 const Solution* Contest::preferred() const {
   const Solution* first = leader();
   const double sigma_px = edge_sigma_px();
+  const auto misfit = [&](const Solution& solution) { return judge_.misfit(solution, sigma_px); };
+  const auto is_refuted = [&](const Solution& solution) {
+    return std::ranges::any_of(solutions_, [&](const Solution& other) {
+      return !is_ok(other) && misfit(other) < misfit(solution) && is_one_answer(other, solution);
+    });
+  };
   const Solution* chosen = first;
   for (const Solution& solution : solutions_) {
     if (!is_ok(solution) || judge_.evidence(*first, solution, sigma_px) > options_.check.min_evidence) continue;
+    if (is_refuted(solution)) continue;
     const bool better = !is_ok(*chosen) || (solution.is_end_on && !chosen->is_end_on) ||
-                        (solution.is_end_on == chosen->is_end_on && judge_.misfit(solution, sigma_px) < judge_.misfit(*chosen, sigma_px));
+                        (solution.is_end_on == chosen->is_end_on && misfit(solution) < misfit(*chosen));
     if (better) chosen = &solution;
   }
   return chosen;
@@ -211,20 +240,27 @@ PoseEstimate Contest::verdict() const {
   const double sigma_px = edge_sigma_px();
   if (!is_ok(chosen)) return no_pose(chosen.estimate.reason);
   PoseEstimate estimate = chosen.estimate;
+  Eigen::Matrix<double, 6, 1> widest = Eigen::Matrix<double, 6, 1>::Zero();  // of undecided differences
   for (const Solution& other : solutions_) {
-    if (&other == &chosen || !is_ok(other)) continue;
+    if (&other == &chosen) continue;
     const Eigen::Matrix<double, 6, 1> change = difference(estimate.pose, other.estimate.pose);
     const double evidence = judge_.evidence(chosen, other, sigma_px);
-    if (change.head<3>().norm() > kOtherCenter * part_.height_m || change.tail<3>().norm() > kOtherAxis) {
-      if (evidence < options_.check.min_evidence) {
+    if (is_one_answer(chosen, other)) {
+      if (is_ok(other) && !chosen.is_end_on) {
+        estimate.covariance += change * change.transpose() / (1 + std::exp(std::min(evidence, 100.0)));
+      }
+    } else if (evidence < options_.check.min_evidence) {
+      if (!may_lie_midway(chosen, other)) {
         return no_pose(fmt::format(
             "two poses explain the outline equally, their axes {:.0f} deg and their centres {:.0f} mm apart",
             change.tail<3>().norm() * 180 / std::numbers::pi, 1000 * change.head<3>().norm()));
       }
-    } else if (!chosen.is_end_on) {
-      estimate.covariance += change * change.transpose() / (1 + std::exp(std::min(evidence, 100.0)));
+      if (change.tail<3>().norm() > widest.tail<3>().norm()) widest = change;
     }
   }
+  const Eigen::Matrix<double, 6, 1> half = widest / 2;
+  estimate.covariance += half * half.transpose();
+  estimate.pose = with_fixed_sign(moved(estimate.pose, half));
   return estimate;
 }
 

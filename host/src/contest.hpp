@@ -47,12 +47,16 @@ class Contest {
   /// its mirror image's that no view of a base alone can be meant.
   [[nodiscard]] bool fits_tightly() const;
 
-  /// The best solution; `none` with the reason when there is none, when it fails the self-check, or when another one
-  /// explains the outline as well (CheckOptions::min_evidence).
+  /// The best solution; `none` with the reason when there is none, when it fails the self-check, or when one far from
+  /// it explains the outline as well (CheckOptions::min_evidence), whether that passes the self-check or not. Of two
+  /// that are at most 20 degrees and half the height apart the pose midway, its covariance covering both.
   [[nodiscard]] PoseEstimate verdict() const;
 
  private:
   [[nodiscard]] double edge_sigma_px() const;
+  [[nodiscard]] bool is_within(const Solution& a, const Solution& b, double factor) const;
+  [[nodiscard]] bool is_one_answer(const Solution& a, const Solution& b) const;
+  [[nodiscard]] bool may_lie_midway(const Solution& a, const Solution& b) const;
   [[nodiscard]] const Solution* leader() const;
   [[nodiscard]] const Solution* preferred() const;
   void finish(const CoarsePose& coarse);  // refines it unless that was done

@@ -95,7 +95,8 @@ std::optional<int> next_neighbour(int at, Step heading, std::span<const EdgePixe
   return best;
 }
 
-void follow(Chain& chain, std::span<const EdgePixel> edges, const Neighbours& neighbours, std::vector<std::uint8_t>& visited) {
+void follow(Chain& chain, std::span<const EdgePixel> edges, const Neighbours& neighbours,
+            std::vector<std::uint8_t>& visited) {
   constexpr std::size_t kHeadingSpan =
       4;  // the heading is that of the last few pixels: one step knows only 8 directions
   while (true) {

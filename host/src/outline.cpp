@@ -8,7 +8,6 @@
 namespace cylpose {
 namespace {
 
-constexpr double kStationSpacingPx = 3;
 constexpr int kMinStations = 6;
 constexpr int kMaxStations = 96;
 // An edge point belongs to a piece of the outline only if their normals differ by less than this (cosine of 37
@@ -68,8 +67,8 @@ std::optional<Eigen::Vector2d> Outline::CircleImage::first_guess(const Eigen::Ve
     const Eigen::Vector2d direction(cosine, sine - cosine * shear);
     const double squared = direction.squaredNorm();
     // The square is convex: over its slope, what it is above 1 is no more than the distance.
-    const Eigen::Vector2d slope = 2 * (direction.x() - shear * direction.y()) / across_squared * across +
-                                  2 * direction.y() * per_sine * along;
+    const Eigen::Vector2d slope =
+        2 * (direction.x() - shear * direction.y()) / across_squared * across + 2 * direction.y() * per_sine * along;
     const double reach = kFarOutside * max_distance_px;
     if (squared > 1 && (squared - 1) * (squared - 1) > reach * reach * slope.squaredNorm()) return std::nullopt;
     if (squared > 0) return direction / std::sqrt(squared);
@@ -240,6 +239,10 @@ std::optional<OutlineMatch> Outline::match_base(std::size_t base, const EdgePoin
   return OutlineMatch{static_cast<OutlinePiece>(kBase0 + base), 0, on_circle, inward, distance};
 }
 
+double Outline::bulge_px(std::size_t base) const {
+  return -signed_distance(chords_[base], circles_[base].at(arc_middle_[base]).position);
+}
+
 double Outline::area_px() const {
   // Once around: arc 0 from side 1 to side 0, then arc 1 back.
   constexpr int kPerArc = 24;
@@ -262,6 +265,12 @@ double Outline::area_px() const {
 bool Outline::within(const Eigen::Vector2d& position_px, double margin_px) const {
   const auto inside = [&](const ImageLine& line) { return signed_distance(line, position_px) >= margin_px; };
   return inside(sides_[0]) && inside(sides_[1]) && inside(chords_[0]) && inside(chords_[1]);
+}
+
+bool Outline::beyond(const Eigen::Vector2d& position_px, double margin_px) const {
+  const auto outside_px = [&](const ImageLine& line) { return -signed_distance(line, position_px); };
+  return std::max(outside_px(sides_[0]), outside_px(sides_[1])) > margin_px ||
+         outside_px(chords_[0]) > bulge_px(0) + margin_px || outside_px(chords_[1]) > bulge_px(1) + margin_px;
 }
 
 }  // namespace cylpose

@@ -243,7 +243,7 @@ class Refinement {
   }
 
   [[nodiscard]] Eigen::Matrix<double, 6, 6> covariance(const RefineOptions& options,
-                                                        std::span<const std::size_t> stations) const {
+                                                       std::span<const std::size_t> stations) const {
     const Matrix5d inverse = problem_.normal.ldlt().solve(Matrix5d::Identity());
     const std::array<PieceScatter, kOutlinePieces> scatters = scatter_of_pieces(stations);
     // The prior's share, and of every piece what its points' scatter makes of its share.
@@ -349,9 +349,9 @@ class Refinement {
   CylinderPose pose_;
   std::optional<Outline> outline_;  // of the pose that the last match started from
   std::vector<OutlineMatch> matched_;
-  TangentBasis basis_;                                            // at that pose, as are
-  std::array<std::array<Vector5d, 2>, 2> at_side_ends_;           // the changes of the sides' distances and
-  std::vector<Vector5d> on_bases_;                                // those of the points on bases, in their order
+  TangentBasis basis_;                                   // at that pose, as are
+  std::array<std::array<Vector5d, 2>, 2> at_side_ends_;  // the changes of the sides' distances and
+  std::vector<Vector5d> on_bases_;                       // those of the points on bases, in their order
   RoundProblem problem_;
   Vector5d last_moves_ = Vector5d::Zero();
   std::vector<double> distances_;

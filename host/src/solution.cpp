@@ -18,6 +18,10 @@ namespace {
 constexpr std::size_t kPointsToJudge = 400;
 // Edge points this far inside the outline that do not belong to it are clutter.
 constexpr double kClutterMarginPx = 3;
+// Edge points this far outside belong to something else; that may be the part as well where it has more edges than this
+// share of those on the outline.
+constexpr double kElsewherePx = 8;
+constexpr double kMaxElsewhere = 0.25;
 // An outline's place that is not seen counts against a pose, but less than an edge that it does not explain: whatever
 // hides the one shows the other.
 constexpr double kUnseenWeight = 0.25;
@@ -36,6 +40,44 @@ std::vector<EdgePoint> along_chains(const std::vector<EdgePoint>& points, const 
     for (const int i : chain) in_order.push_back(points[static_cast<std::size_t>(i)]);
   }
   return thinned(in_order, at_most);
+}
+
+// The area in a chain that closes on itself around the part's colour.
+std::optional<double> enclosed_area(const std::vector<EdgePoint>& points, const Chain& chain) {
+  constexpr double kGapPx = 4;
+  const auto at = [&](int i) -> const EdgePoint& { return points[static_cast<std::size_t>(i)]; };
+  const Eigen::Vector2d origin = at(chain.front()).position_px;
+  if ((at(chain.back()).position_px - origin).norm() > kGapPx) return std::nullopt;
+  double twice = 0;
+  double outward = 0;  // the colour is on the side where the normals point
+  for (std::size_t i = 1; i < chain.size(); ++i) {
+    const Eigen::Vector2d a = at(chain[i - 1]).position_px - origin;
+    const Eigen::Vector2d b = at(chain[i]).position_px - origin;
+    twice += a.x() * b.y() - a.y() * b.x();
+    outward += (b - a).x() * at(chain[i]).inward.y() - (b - a).y() * at(chain[i]).inward.x();
+  }
+  return twice * outward > 0 ? std::optional(std::abs(twice) / 2) : std::nullopt;
+}
+
+// Whether what is seen of an outline is neither a box's nor a ball's: a rim that bulges, and of both sides more than
+// the touch of a rim.
+bool is_telling(const CameraModel& camera, const PartModel& part, const Outline& outline, const RefinedPose& refined) {
+  constexpr double kMinSidePx = 8;
+  constexpr double kMinSideOfWidth = 0.125;
+  constexpr double kMinBulgePx = 2;
+  constexpr double kMinRimSeen = 0.5;
+  const double width_px = 2 * part.radius_m * camera.fx / refined.pose.center_in_cam.z();
+  for (const std::size_t side : {std::size_t{kSide0}, std::size_t{kSide1}}) {
+    const double length_px =
+        (ideal_pixel(camera, outline.end_of_side(side, 0)) - ideal_pixel(camera, outline.end_of_side(side, 1))).norm();
+    const double seen_px =
+        refined.piece_seen[side] * std::min(length_px, kStationSpacingPx * refined.piece_stations[side]);
+    if (seen_px < std::max(kMinSidePx, kMinSideOfWidth * width_px)) return false;
+  }
+  for (const std::size_t base : {std::size_t{0}, std::size_t{1}}) {
+    if (refined.piece_seen[kBase0 + base] >= kMinRimSeen && outline.bulge_px(base) >= kMinBulgePx) return true;
+  }
+  return false;
 }
 
 // The base whose rim is most of the outline, if any.
@@ -99,9 +141,10 @@ void Judge::Hearing::matched(double distance_px) {
   }
 }
 
-void Judge::Hearing::unmatched(bool inside) {
+void Judge::Hearing::unmatched(Place place) {
   residuals_px.push_back(std::numeric_limits<double>::infinity());
-  clutter += inside ? 1 : 0;
+  clutter += place == Place::kInside ? 1 : 0;
+  elsewhere += place == Place::kElsewhere ? 1 : 0;
 }
 
 // Variance of the blocks' means over what it would be if neighbours erred independently (survey sampling's design
@@ -118,7 +161,14 @@ Judge::Judge(const CameraModel& camera, const PartModel& part, const SolveOption
       options_(options),
       region_(region),
       points_(points),
-      judges_(along_chains(points, chains, kPointsToJudge)) {}
+      judges_(along_chains(points, chains, kPointsToJudge)) {
+  for (const Chain& chain : chains) {
+    if (const auto area_px = enclosed_area(points, chain)) {
+      loops_.push_back({*area_px, points[static_cast<std::size_t>(chain.front())],
+                        points[static_cast<std::size_t>(chain[chain.size() / 2])]});
+    }
+  }
+}
 
 std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   const auto refined = refine_finely(camera_, part_, coarse.pose, points_, options_.refine);
@@ -164,6 +214,11 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
       fail_if_longer(estimate, *outline, other_base - kBase0);
   }
 
+  const auto place_of = [&](const EdgePoint& point) {
+    using enum Hearing::Place;
+    if (outline->within(point.position_px, kClutterMarginPx)) return kInside;
+    return outline->beyond(point.position_px, kElsewherePx) ? kElsewhere : kNear;
+  };
   Hearing hearing;
   std::vector<EdgePoint> unexplained;
   for (const EdgePoint& point : judges_) {
@@ -171,7 +226,7 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
       hearing.matched(match->distance_px);
     } else {
       unexplained.push_back(point);
-      hearing.unmatched(outline->within(point.position_px, kClutterMarginPx));
+      hearing.unmatched(place_of(point));
     }
   }
   for (const std::size_t base : {std::size_t{0}, std::size_t{1}}) {
@@ -179,7 +234,9 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   }
   // Inside the image, taken to be the share of its stations that lie there.
   const double visible_area_px = outline->area_px() * stations / static_cast<double>(outline->station_count());
-  judge(solution, std::move(hearing), visible_area_px);
+  solution.is_telling = is_telling(camera_, part_, *outline, *refined);
+  judge(solution, std::move(hearing), visible_area_px,
+        colored_px([&](const EdgePoint& point) { return place_of(point) == Hearing::Place::kElsewhere; }));
   return solution;
 }
 
@@ -233,16 +290,9 @@ void Judge::fail_if_of_other_length(PoseEstimate& estimate, const CylinderPose& 
     const auto match = outline->match(point, options_.refine.final_gate_px);
     if (match && match->piece == rim) seen[outline->station_of(*match)] = true;
   }
-  const ImageLine chord = outline->chord(base);
-  int count = 0;
-  double bulge_px = 0;
-  for (const Outline::Station& station : stations) {
-    if (station.piece != rim) continue;
-    ++count;
-    bulge_px = std::max(bulge_px, -signed_distance(chord, station.position_px));
-  }
+  const auto count = std::ranges::count(stations, static_cast<OutlinePiece>(rim), &Outline::Station::piece);
   const auto hits = std::count(seen.begin(), seen.end(), true);
-  if (bulge_px >= kMinBulgePx && static_cast<double>(hits) >= kMinRimSeen * count) {
+  if (outline->bulge_px(base) >= kMinBulgePx && static_cast<double>(hits) >= kMinRimSeen * static_cast<double>(count)) {
     fail(estimate, fmt::format("an end is seen at {:.3g} m of the other, the part is {:.3g} m long", other.height_m,
                                part_.height_m));
   }
@@ -266,6 +316,11 @@ std::optional<Solution> Judge::end_on(const FittedEllipse& base) const {
     fail(estimate, fmt::format("seen along its axis, but only {:.0f} % of the near base", 100 * estimate.seen));
   }
 
+  const auto place_of = [&](const EdgePoint& point) {
+    using enum Hearing::Place;
+    const double distance_px = base.ellipse.signed_distance(point.position_px);
+    return distance_px > kClutterMarginPx ? kInside : (distance_px > -kElsewherePx ? kNear : kElsewhere);
+  };
   Hearing hearing;
   for (const EdgePoint& point : judges_) {
     const double distance_px = base.ellipse.signed_distance(point.position_px);
@@ -274,33 +329,47 @@ std::optional<Solution> Judge::end_on(const FittedEllipse& base) const {
     if (matches) {
       hearing.matched(distance_px);
     } else {
-      hearing.unmatched(distance_px > kClutterMarginPx);
+      hearing.unmatched(place_of(point));
     }
   }
   const Eigen::Vector2d half_axes_px = base.ellipse.half_axes_px();
-  judge(solution, std::move(hearing), std::numbers::pi * half_axes_px.prod());
+  judge(solution, std::move(hearing), std::numbers::pi * half_axes_px.prod(),
+        colored_px([&](const EdgePoint& point) { return place_of(point) == Hearing::Place::kElsewhere; }));
   return solution;
 }
 
-void Judge::judge(Solution& solution, Hearing hearing, double area_px) const {
+double Judge::colored_px(const std::function<bool(const EdgePoint&)>& is_elsewhere) const {
+  auto colored = static_cast<double>(region_.m00);
+  for (const Loop& loop : loops_) {
+    if (is_elsewhere(loop.first) && is_elsewhere(loop.halfway)) colored -= loop.area_px;
+  }
+  return colored;
+}
+
+void Judge::judge(Solution& solution, Hearing hearing, double area_px, double colored_px) const {
   PoseEstimate& estimate = solution.estimate;
   const CheckOptions& check = options_.check;
   const double per_judge =
       static_cast<double>(points_.size()) / static_cast<double>(std::max<std::size_t>(1, judges_.size()));
   const double explained = estimate.support / (estimate.support + hearing.clutter * per_judge);
-  const double fill = area_px > 0 ? static_cast<double>(region_.m00) / area_px : 0;
+  const double fill = area_px > 0 ? colored_px / area_px : 0;
+  // The mask's border is known to half a pixel.
+  const double area_of_mask_px = area_px + std::sqrt(std::numbers::pi * area_px);
   solution.unseen = estimate.support / per_judge * (1 - estimate.seen) / std::max(estimate.seen, 0.01);
   solution.rating = estimate.seen * explained / (1 + estimate.rms_px);
   solution.clumping = hearing.clumping();
-  solution.residuals_px = std::move(hearing.residuals_px);
   if (estimate.rms_px > (solution.is_blob ? check.max_blob_rms_px : check.max_rms_px)) {
     fail(estimate, fmt::format("edges {:.2f} px off the outline", estimate.rms_px));
   }
-  const bool is_clear = !solution.is_end_on && solution.rating > kClearlyRight;
-  if (solution.is_blob && !is_clear && fill > check.max_blob_fill) {
-    fail(estimate, fmt::format("seen along its axis, but {:.0f} % more of the part's colour than that shows",
-                               100 * (fill - 1)));
+  const bool is_clear = solution.is_telling && solution.rating > kClearlyRight;
+  if (solution.is_blob && !is_clear && colored_px > check.max_blob_fill * area_of_mask_px) {
+    fail(estimate,
+         fmt::format("seen along its axis, but {:.0f} % more of the part's colour than that shows", 100 * (fill - 1)));
   }
+  if (!solution.is_telling && hearing.elsewhere > kMaxElsewhere * hearing.matched_count()) {
+    fail(estimate, "something else has the part's colour, and a box or a ball could look like this outline");
+  }
+  solution.residuals_px = std::move(hearing.residuals_px);
   if (explained < check.min_explained) {
     fail(estimate, fmt::format("outline explains only {:.0f} % of the edges in it", 100 * explained));
   }

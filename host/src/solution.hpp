@@ -10,6 +10,7 @@
 #include <cylpose/pose.hpp>
 #include <cylpose/pose_solver.hpp>
 #include <cylpose/refine.hpp>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -18,11 +19,12 @@
 namespace cylpose {
 
 struct Solution {
-  PoseEstimate estimate;     ///< the pose, whatever the status; kNone with the self-check's test that it failed
-  bool is_end_on = false;    ///< a base is all that shows
-  bool shows_a_rim = false;  ///< a base's rim is most of what shows
-  bool is_blob = false;      ///< the outline is hardly longer than wide
-  double rating = 0;         ///< of how much is seen and explained, and how tightly; 1 would be perfect
+  PoseEstimate estimate;             ///< the pose, whatever the status; kNone with the self-check's test that it failed
+  bool is_end_on = false;            ///< a base is all that shows
+  bool shows_a_rim = false;          ///< a base's rim is most of what shows
+  bool is_blob = false;              ///< the outline is hardly longer than wide
+  bool is_telling = false;           ///< neither a box nor a ball has such an outline
+  double rating = 0;                 ///< of how much is seen and explained, and how tightly; 1 would be perfect
   std::vector<double> residuals_px;  ///< of the judging points; infinite for those that do not belong to the outline
   double unseen = 0;                 ///< places of the outline where no judging point is, as a number of points
   double clumping = 1;               ///< how many neighbouring points err alike: so many count as one
@@ -55,10 +57,13 @@ class Judge {
   class Hearing {
    public:
     void matched(double distance_px);
-    void unmatched(bool inside);
+    enum class Place { kInside, kNear, kElsewhere };
+    void unmatched(Place place);
     [[nodiscard]] double clumping() const;
+    [[nodiscard]] int matched_count() const { return count_; }
 
-    int clutter = 0;  // inside, but not on the outline
+    int clutter = 0;    // inside, but not on the outline
+    int elsewhere = 0;  // clearly outside
     std::vector<double> residuals_px;
 
    private:
@@ -77,8 +82,11 @@ class Judge {
   void fail_if_of_other_length(PoseEstimate& estimate, const CylinderPose& pose, std::size_t base,
                                std::span<const EdgePoint> unexplained) const;
 
+  // Coloured pixels, without those of separate things elsewhere: `is_elsewhere` says which points are.
+  [[nodiscard]] double colored_px(const std::function<bool(const EdgePoint&)>& is_elsewhere) const;
+
   // Fills in the share explained, rating and misfit, and lets the tests that all views share decide.
-  void judge(Solution& solution, Hearing hearing, double area_px) const;
+  void judge(Solution& solution, Hearing hearing, double area_px, double colored_px) const;
 
   const CameraModel& camera_;
   const PartModel& part_;
@@ -86,6 +94,14 @@ class Judge {
   const RegionStatistics& region_;
   const std::vector<EdgePoint>& points_;
   std::vector<EdgePoint> judges_;
+
+  // A closed border around something of the part's colour.
+  struct Loop {
+    double area_px;
+    EdgePoint first;
+    EdgePoint halfway;
+  };
+  std::vector<Loop> loops_;
 };
 
 }  // namespace cylpose
