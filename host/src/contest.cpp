@@ -15,14 +15,16 @@
 namespace cylpose {
 namespace {
 
-// Hypotheses that are refined, of those entered together; the others are only compared by what they explain.
+// Hypotheses that are refined, of those entered together, at the place of the one that explains most and elsewhere; the
+// others are only compared by what they explain.
 constexpr std::size_t kMaxRefined = 3;
+constexpr std::size_t kMaxPlaces = 2;
 // Edge points by which hypotheses are compared.
 constexpr std::size_t kPointsToCompare = 200;
 // Hypotheses so near to each other lead to the same pose; poses so near to each other are the same.
 constexpr double kSameStartPx = 1;
 constexpr double kSameEndPx = 0.05;
-// A coarse pose supported by fewer points than this share of the best one's is not refined.
+// A coarse pose supported by fewer points than this share of the best one's at its place is not refined.
 constexpr double kWorthRefining = 0.8;
 // A solution rated higher leaves nothing for another hypothesis to explain.
 constexpr double kClearlyRight = 0.7;
@@ -46,6 +48,18 @@ bool look_alike(const CameraModel& camera, const PartModel& part, const Cylinder
     if (!(std::abs(width_a - width_b) < tolerance_px)) return false;
   }
   return true;
+}
+
+// Whether the outlines, or most of them, lie beside each other.
+bool are_apart(const CameraModel& camera, const PartModel& part, const CylinderPose& a, const CylinderPose& b) {
+  const auto radius_px = [&](const CylinderPose& pose) {
+    const Eigen::Vector3d half = part.height_m / 2 * pose.axis_in_cam;
+    const Eigen::Vector2d half_px =
+        ideal_pixel(camera, pose.center_in_cam + half) - ideal_pixel(camera, pose.center_in_cam);
+    return std::max(half_px.norm(), part.radius_m * camera.fx / pose.center_in_cam.z());
+  };
+  return (ideal_pixel(camera, a.center_in_cam) - ideal_pixel(camera, b.center_in_cam)).norm() >
+         radius_px(a) + radius_px(b);
 }
 
 // Of the two widths of the outline at its ends: what differs between a pose and its mirror image is twice this.
@@ -111,10 +125,13 @@ std::optional<Hypothesis> Contest::hypothesis(const CylinderPose& pose) const {
 void Contest::enter(std::vector<Hypothesis> hypotheses) {
   std::stable_sort(hypotheses.begin(), hypotheses.end(),
                    [](const Hypothesis& a, const Hypothesis& b) { return a.explained > b.explained; });
-  if (hypotheses.size() > kMaxRefined) hypotheses.resize(kMaxRefined);
   std::vector<CylinderPose> tried;
   std::vector<CoarsePose> coarse;
+  std::size_t at_first_place = 0;
   for (const Hypothesis& hypothesis : hypotheses) {
+    if (tried.size() == kMaxPlaces * kMaxRefined) break;
+    const bool at_first = !are_apart(camera_, part_, hypotheses.front().pose, hypothesis.pose);
+    if (at_first && ++at_first_place > kMaxRefined) continue;
     const bool known = std::any_of(tried.begin(), tried.end(), [&](const CylinderPose& other) {
       return look_alike(camera_, part_, hypothesis.pose, other, kSameStartPx);
     });
@@ -126,7 +143,9 @@ void Contest::enter(std::vector<Hypothesis> hypotheses) {
   std::stable_sort(coarse.begin(), coarse.end(),
                    [](const CoarsePose& a, const CoarsePose& b) { return a.support > b.support; });
   for (const CoarsePose& pose : coarse) {
-    if (pose.support < kWorthRefining * coarse.front().support) return;
+    const auto best = std::ranges::find_if(
+        coarse, [&](const CoarsePose& other) { return !are_apart(camera_, part_, other.pose, pose.pose); });
+    if (pose.support < kWorthRefining * best->support) continue;
     finish(pose);
     if (is_decided()) return;
   }
@@ -232,6 +251,18 @@ const Solution* Contest::preferred() const {
     if (better) chosen = &solution;
   }
   return chosen;
+}
+
+void Contest::dismiss_other_things() {
+  std::vector<CylinderPose> telling;
+  for (const Solution& solution : solutions_) {
+    if (is_ok(solution) && solution.is_telling) telling.push_back(solution.estimate.pose);
+  }
+  std::erase_if(solutions_, [&](const Solution& solution) {
+    return !solution.is_telling && std::ranges::any_of(telling, [&](const CylinderPose& pose) {
+      return are_apart(camera_, part_, pose, solution.estimate.pose);
+    });
+  });
 }
 
 PoseEstimate Contest::verdict() const {

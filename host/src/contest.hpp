@@ -36,6 +36,9 @@ class Contest {
   /// Enters the views along the axis in which one of the ellipses is all that shows.
   void enter_end_on(std::span<const FittedEllipse> ellipses);
 
+  /// Beside an outline that only the part can have, a box or a ball raises no doubt.
+  void dismiss_other_things();
+
   /// Enters the leader's mirror image, the axis reflected in the plane across the line of sight, where the outlines
   /// differ so little that the leader's residuals may hide it: only perspective tells one from the other.
   void enter_mirror_image();

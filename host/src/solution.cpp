@@ -11,6 +11,8 @@
 #include <numbers>
 #include <utility>
 
+#include "loop.hpp"
+
 namespace cylpose {
 namespace {
 
@@ -18,10 +20,11 @@ namespace {
 constexpr std::size_t kPointsToJudge = 400;
 // Edge points this far inside the outline that do not belong to it are clutter.
 constexpr double kClutterMarginPx = 3;
-// Edge points this far outside belong to something else; that may be the part as well where it has more edges than this
-// share of those on the outline.
+// Edge points this far outside belong to something else. That may be the part as well where it has more edges than this
+// share of those on an outline that other things have, too; and than this multiple of those on any outline.
 constexpr double kElsewherePx = 8;
 constexpr double kMaxElsewhere = 0.25;
+constexpr double kMaxElsewhereAtAll = 2;
 // An outline's place that is not seen counts against a pose, but less than an edge that it does not explain: whatever
 // hides the one shows the other.
 constexpr double kUnseenWeight = 0.25;
@@ -40,23 +43,6 @@ std::vector<EdgePoint> along_chains(const std::vector<EdgePoint>& points, const 
     for (const int i : chain) in_order.push_back(points[static_cast<std::size_t>(i)]);
   }
   return thinned(in_order, at_most);
-}
-
-// The area in a chain that closes on itself around the part's colour.
-std::optional<double> enclosed_area(const std::vector<EdgePoint>& points, const Chain& chain) {
-  constexpr double kGapPx = 4;
-  const auto at = [&](int i) -> const EdgePoint& { return points[static_cast<std::size_t>(i)]; };
-  const Eigen::Vector2d origin = at(chain.front()).position_px;
-  if ((at(chain.back()).position_px - origin).norm() > kGapPx) return std::nullopt;
-  double twice = 0;
-  double outward = 0;  // the colour is on the side where the normals point
-  for (std::size_t i = 1; i < chain.size(); ++i) {
-    const Eigen::Vector2d a = at(chain[i - 1]).position_px - origin;
-    const Eigen::Vector2d b = at(chain[i]).position_px - origin;
-    twice += a.x() * b.y() - a.y() * b.x();
-    outward += (b - a).x() * at(chain[i]).inward.y() - (b - a).y() * at(chain[i]).inward.x();
-  }
-  return twice * outward > 0 ? std::optional(std::abs(twice) / 2) : std::nullopt;
 }
 
 // Whether what is seen of an outline is neither a box's nor a ball's: a rim that bulges, and of both sides more than
@@ -163,8 +149,8 @@ Judge::Judge(const CameraModel& camera, const PartModel& part, const SolveOption
       points_(points),
       judges_(along_chains(points, chains, kPointsToJudge)) {
   for (const Chain& chain : chains) {
-    if (const auto area_px = enclosed_area(points, chain)) {
-      loops_.push_back({*area_px, points[static_cast<std::size_t>(chain.front())],
+    if (const auto enclosed = region_in_loop(points, chain)) {
+      loops_.push_back({static_cast<double>(enclosed->m00), points[static_cast<std::size_t>(chain.front())],
                         points[static_cast<std::size_t>(chain[chain.size() / 2])]});
     }
   }
@@ -368,6 +354,9 @@ void Judge::judge(Solution& solution, Hearing hearing, double area_px, double co
   }
   if (!solution.is_telling && hearing.elsewhere > kMaxElsewhere * hearing.matched_count()) {
     fail(estimate, "something else has the part's colour, and a box or a ball could look like this outline");
+  }
+  if (hearing.elsewhere > kMaxElsewhereAtAll * hearing.matched_count()) {
+    fail(estimate, "most of what has the part's colour is something else");
   }
   solution.residuals_px = std::move(hearing.residuals_px);
   if (explained < check.min_explained) {

@@ -67,6 +67,7 @@ TEST_F(DoubtTest, ATiltAndItsMirrorImageNearEachOtherAreOneWideAnswer) {
   std::uniform_real_distribution<double> unit(0, 1);
   constexpr int kScenes = 100;
   int found = 0;
+  double squares = 0;
   for (int i = 0; i < kScenes; ++i) {
     const double tilt_deg = 82 + 7 * unit(random);
     const CylinderPose pose = tilted(camera, {500, 400}, 4.8, tilt_deg, 6.28 * unit(random));
@@ -78,9 +79,10 @@ TEST_F(DoubtTest, ATiltAndItsMirrorImageNearEachOtherAreOneWideAnswer) {
     ++found;
     const double off = axis_angle(estimate.pose.axis_in_cam, pose.axis_in_cam);
     EXPECT_LT(off, std::max(10 * kDegree, 3 * estimate.sigma_axis_rad())) << i;
-    EXPECT_LT(off, 4 * estimate.sigma_axis_rad()) << i;
+    squares += std::pow(off / estimate.sigma_axis_rad(), 2);
   }
   EXPECT_GE(found, 0.9 * kScenes);
+  EXPECT_LT(squares / found, 2);  // of two degrees of freedom, one with a smaller sigma
 }
 
 TEST_F(DoubtTest, HalfHiddenViewsAlongTheAxisAreRightOrNone) {
