@@ -28,8 +28,8 @@ constexpr double kSameEndPx = 0.05;
 constexpr double kWorthRefining = 0.8;
 // A solution rated higher leaves nothing for another hypothesis to explain.
 constexpr double kClearlyRight = 0.7;
-// Edges that lie so near to an outline that passed the self-check leave little to other views.
-constexpr double kTightPx = 0.25;
+// Edges of the part scatter at least this much.
+constexpr double kMinSigmaPx = 0.05;
 // Poses farther apart than this are different answers; nearer ones are one answer with a larger covariance.
 constexpr double kOtherAxis = 10 * std::numbers::pi / 180;
 constexpr double kOtherCenter = 0.25;  // of the height
@@ -145,7 +145,7 @@ void Contest::enter(std::vector<Hypothesis> hypotheses) {
   for (const CoarsePose& pose : coarse) {
     const auto best = std::ranges::find_if(
         coarse, [&](const CoarsePose& other) { return !are_apart(camera_, part_, other.pose, pose.pose); });
-    if (pose.support < kWorthRefining * best->support) continue;
+    if (pose.support < kWorthRefining * best->support || is_hopeless(pose)) continue;
     finish(pose);
     if (is_decided()) return;
   }
@@ -171,36 +171,51 @@ void Contest::enter_mirror_image() {
   const PoseEstimate& estimate = first->estimate;
   if (perspective_tells(camera_, part_, estimate)) return;
   const auto coarse = refine_coarsely(camera_, part_, mirror_image(estimate.pose), to_come_near_, options_.refine);
-  if (coarse) finish(*coarse);
+  if (coarse && !is_hopeless(*coarse)) finish(*coarse);
 }
 
-bool Contest::is_within(const Solution& a, const Solution& b, double factor) const {
+bool Contest::is_within(const Solution& a, const Solution& b, double max_angle) const {
   const Eigen::Matrix<double, 6, 1> change = difference(a.estimate.pose, b.estimate.pose);
-  return change.head<3>().norm() <= factor * kOtherCenter * part_.height_m &&
-         change.tail<3>().norm() <= factor * kOtherAxis;
+  return change.head<3>().norm() <= kOtherCenter * part_.height_m && change.tail<3>().norm() <= max_angle;
 }
 
 bool Contest::is_one_answer(const Solution& a, const Solution& b) const {
-  return is_within(a, b, 1);
+  return is_within(a, b, kOtherAxis);
 }
 
 // From the pose midway neither is another answer.
 bool Contest::may_lie_midway(const Solution& a, const Solution& b) const {
-  return !a.is_end_on && !b.is_end_on && is_within(a, b, 2);
+  return !a.is_end_on && !b.is_end_on && is_within(a, b, 2 * kOtherAxis);
+}
+
+// Whether a pose refined before, at the same place, explains the points so much better that this one can raise no
+// doubt.
+bool Contest::is_hopeless(const CoarsePose& coarse) const {
+  const auto rival = std::ranges::max_element(finished_, {}, [&](const CoarsePose& other) {
+    return are_apart(camera_, part_, other.pose, coarse.pose) ? 0 : other.support;
+  });
+  if (rival == finished_.end() || are_apart(camera_, part_, rival->pose, coarse.pose)) return false;
+  const double sigma_px = std::max(kMinSigmaPx, std::min(rival->rms_px, coarse.rms_px));
+  const auto misfit = [&](const CoarsePose& pose) {
+    const double in_sigmas = pose.rms_px / sigma_px;
+    return Judge::kOutlierCost * (static_cast<double>(to_come_near_.size()) - pose.support) +
+           pose.support * std::min(Judge::kOutlierCost, in_sigmas * in_sigmas / 2);
+  };
+  const double per_judge = static_cast<double>(Judge::kPointsToJudge) / static_cast<double>(kPointsToComeNear);
+  return per_judge * (misfit(coarse) - misfit(*rival)) > Judge::kMostDistrust * options_.check.min_evidence;
 }
 
 void Contest::finish(const CoarsePose& coarse) {
-  const bool known = std::any_of(finished_.begin(), finished_.end(), [&](const CylinderPose& other) {
-    return look_alike(camera_, part_, coarse.pose, other, kSameEndPx);
+  const bool known = std::any_of(finished_.begin(), finished_.end(), [&](const CoarsePose& other) {
+    return look_alike(camera_, part_, coarse.pose, other.pose, kSameEndPx);
   });
   if (known) return;
-  finished_.push_back(coarse.pose);
+  finished_.push_back(coarse);
   if (auto solution = judge_.refined(coarse)) solutions_.push_back(std::move(*solution));
 }
 
 // How far edges of the part lie from its outline: as far as the best fit with many of them says.
 double Contest::edge_sigma_px() const {
-  constexpr double kMinSigmaPx = 0.05;
   int most = 0;
   for (const Solution& solution : solutions_) most = std::max(most, solution.estimate.support);
   double sigma_px = std::numeric_limits<double>::infinity();
@@ -218,10 +233,9 @@ const Solution* Contest::leader() const {
   return found == solutions_.end() ? nullptr : &*found;
 }
 
-bool Contest::fits_tightly() const {
+bool Contest::shows_sides() const {
   const Solution* first = leader();
-  return first != nullptr && is_ok(*first) && !first->shows_a_rim && first->estimate.rms_px < kTightPx &&
-         perspective_tells(camera_, part_, first->estimate);
+  return first != nullptr && is_ok(*first) && first->shows_sides;
 }
 
 bool Contest::is_decided() const {

@@ -46,22 +46,23 @@ class Contest {
   /// True when a solution leaves nothing for another hypothesis to explain.
   [[nodiscard]] bool is_decided() const;
 
-  /// True when the best solution passes the self-check, the edges lie close to its outline, and so much closer than to
-  /// its mirror image's that no view of a base alone can be meant.
-  [[nodiscard]] bool fits_tightly() const;
+  /// True when the best solution passes the self-check and shows its sides, so that no view of a base alone can be
+  /// meant.
+  [[nodiscard]] bool shows_sides() const;
 
   /// The best solution; `none` with the reason when there is none, when it fails the self-check, or when one far from
   /// it explains the outline as well (CheckOptions::min_evidence), whether that passes the self-check or not. Of two
-  /// that are at most 20 degrees and half the height apart the pose midway, its covariance covering both.
+  /// that are at most 20 degrees and a fourth of the height apart the pose midway, its covariance covering both.
   [[nodiscard]] PoseEstimate verdict() const;
 
  private:
   [[nodiscard]] double edge_sigma_px() const;
-  [[nodiscard]] bool is_within(const Solution& a, const Solution& b, double factor) const;
+  [[nodiscard]] bool is_within(const Solution& a, const Solution& b, double max_angle) const;
   [[nodiscard]] bool is_one_answer(const Solution& a, const Solution& b) const;
   [[nodiscard]] bool may_lie_midway(const Solution& a, const Solution& b) const;
   [[nodiscard]] const Solution* leader() const;
   [[nodiscard]] const Solution* preferred() const;
+  [[nodiscard]] bool is_hopeless(const CoarsePose& coarse) const;
   void finish(const CoarsePose& coarse);  // refines it unless that was done
 
   const CameraModel& camera_;
@@ -70,7 +71,7 @@ class Contest {
   Judge judge_;
   std::vector<EdgePoint> to_compare_;
   std::vector<EdgePoint> to_come_near_;
-  std::vector<CylinderPose> finished_;
+  std::vector<CoarsePose> finished_;
   std::vector<Solution> solutions_;
 };
 

@@ -39,7 +39,7 @@ class PartSolver {
     std::vector<Hypothesis> hypotheses = from_sides(contest);
     clock_.lap("pose");
     contest.enter(std::move(hypotheses));
-    if (!contest.is_decided() && !contest.fits_tightly()) enter_bases(contest);
+    if (!contest.is_decided() && !contest.shows_sides()) enter_bases(contest);
     contest.dismiss_other_things();
     contest.enter_mirror_image();
     PoseEstimate estimate = contest.verdict();

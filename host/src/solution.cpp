@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cylpose/axial.hpp>
 #include <cylpose/base_pose.hpp>
@@ -16,8 +17,6 @@
 namespace cylpose {
 namespace {
 
-// Edge points by which solutions are compared.
-constexpr std::size_t kPointsToJudge = 400;
 // Edge points this far inside the outline that do not belong to it are clutter.
 constexpr double kClutterMarginPx = 3;
 // Edge points this far outside belong to something else. That may be the part as well where it has more edges than this
@@ -30,8 +29,6 @@ constexpr double kMaxElsewhereAtAll = 2;
 constexpr double kUnseenWeight = 0.25;
 // A rating above this needs all of the outline, seen and well explained: nothing else looks like that.
 constexpr double kClearlyRight = 0.85;
-// What a point that does not belong to the outline costs: as much as one that is three standard deviations off it.
-constexpr double kOutlierCost = 4.5;
 // A base whose rim is more than this share of the outline: the view is along the axis, the sides are short.
 constexpr double kMinRimShare = 0.6;
 
@@ -45,25 +42,34 @@ std::vector<EdgePoint> along_chains(const std::vector<EdgePoint>& points, const 
   return thinned(in_order, at_most);
 }
 
+double width_px(const CameraModel& camera, const PartModel& part, const CylinderPose& pose) {
+  return 2 * part.radius_m * camera.fx / pose.center_in_cam.z();
+}
+
+// How much is seen of the side of which less is seen, in widths of the outline.
+double side_seen_in_widths(const CameraModel& camera, const PartModel& part, const Outline& outline,
+                           const RefinedPose& refined) {
+  double least_px = std::numeric_limits<double>::infinity();
+  for (const std::size_t side : {std::size_t{kSide0}, std::size_t{kSide1}}) {
+    const double length_px =
+        (ideal_pixel(camera, outline.end_of_side(side, 0)) - ideal_pixel(camera, outline.end_of_side(side, 1))).norm();
+    const double inside_px = std::min(length_px, kStationSpacingPx * refined.piece_stations[side]);
+    least_px = std::min(least_px, refined.piece_seen[side] * inside_px);
+  }
+  return least_px / width_px(camera, part, refined.pose);
+}
+
 // Whether what is seen of an outline is neither a box's nor a ball's: a rim that bulges, and of both sides more than
 // the touch of a rim.
-bool is_telling(const CameraModel& camera, const PartModel& part, const Outline& outline, const RefinedPose& refined) {
+bool is_telling(const Outline& outline, const RefinedPose& refined, double side_seen_px, double width_px) {
   constexpr double kMinSidePx = 8;
   constexpr double kMinSideOfWidth = 0.125;
   constexpr double kMinBulgePx = 2;
   constexpr double kMinRimSeen = 0.5;
-  const double width_px = 2 * part.radius_m * camera.fx / refined.pose.center_in_cam.z();
-  for (const std::size_t side : {std::size_t{kSide0}, std::size_t{kSide1}}) {
-    const double length_px =
-        (ideal_pixel(camera, outline.end_of_side(side, 0)) - ideal_pixel(camera, outline.end_of_side(side, 1))).norm();
-    const double seen_px =
-        refined.piece_seen[side] * std::min(length_px, kStationSpacingPx * refined.piece_stations[side]);
-    if (seen_px < std::max(kMinSidePx, kMinSideOfWidth * width_px)) return false;
-  }
-  for (const std::size_t base : {std::size_t{0}, std::size_t{1}}) {
-    if (refined.piece_seen[kBase0 + base] >= kMinRimSeen && outline.bulge_px(base) >= kMinBulgePx) return true;
-  }
-  return false;
+  if (side_seen_px < std::max(kMinSidePx, kMinSideOfWidth * width_px)) return false;
+  return std::ranges::any_of(std::array{std::size_t{0}, std::size_t{1}}, [&](std::size_t base) {
+    return refined.piece_seen[kBase0 + base] >= kMinRimSeen && outline.bulge_px(base) >= kMinBulgePx;
+  });
 }
 
 // The base whose rim is most of the outline, if any.
@@ -80,8 +86,7 @@ bool is_blob(const CameraModel& camera, const PartModel& part, const CylinderPos
   const Eigen::Vector3d half = part.height_m / 2 * pose.axis_in_cam;
   const Eigen::Vector2d length_px =
       ideal_pixel(camera, pose.center_in_cam + half) - ideal_pixel(camera, pose.center_in_cam - half);
-  const double width_px = 2 * part.radius_m * camera.fx / pose.center_in_cam.z();
-  return length_px.norm() < kMaxLengthOfWidth * width_px;
+  return length_px.norm() < kMaxLengthOfWidth * width_px(camera, part, pose);
 }
 
 // How far a side goes on beyond the end at `base`, by the edge points on its line there, in pixels: a longer part than
@@ -137,7 +142,8 @@ void Judge::Hearing::unmatched(Place place) {
 // effect).
 double Judge::Hearing::clumping() const {
   if (blocks_ == 0 || squares_ == 0) return kBlock;
-  return std::max(1.0, block_squares_ / blocks_ / (squares_ / count_));
+  const double by_chance = std::sqrt(2.0 / blocks_);  // standard deviation of that ratio for independent errors
+  return std::max(1.0, block_squares_ / blocks_ / (squares_ / count_) - by_chance);
 }
 
 Judge::Judge(const CameraModel& camera, const PartModel& part, const SolveOptions& options,
@@ -220,7 +226,10 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   }
   // Inside the image, taken to be the share of its stations that lie there.
   const double visible_area_px = outline->area_px() * stations / static_cast<double>(outline->station_count());
-  solution.is_telling = is_telling(camera_, part_, *outline, *refined);
+  const double width = width_px(camera_, part_, refined->pose);
+  const double side_seen_widths = side_seen_in_widths(camera_, part_, *outline, *refined);
+  solution.shows_sides = side_seen_widths > 1;
+  solution.is_telling = is_telling(*outline, *refined, side_seen_widths * width, width);
   judge(solution, std::move(hearing), visible_area_px,
         colored_px([&](const EdgePoint& point) { return place_of(point) == Hearing::Place::kElsewhere; }));
   return solution;
@@ -378,7 +387,6 @@ double Judge::misfit(const Solution& solution, double sigma_px) const {
 
 double Judge::evidence(const Solution& a, const Solution& b, double sigma_px) const {
   // So many points count as one; and what they have in common is no noise, but an error that may as well be larger.
-  constexpr double kMaxDistrust = 3;
   const double clumping = std::max(a.clumping, b.clumping);
   return (misfit(b, sigma_px) - misfit(a, sigma_px)) / (clumping * std::min(clumping, kMaxDistrust));
 }

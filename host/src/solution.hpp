@@ -23,6 +23,7 @@ struct Solution {
   bool is_end_on = false;            ///< a base is all that shows
   bool shows_a_rim = false;          ///< a base's rim is most of what shows
   bool is_blob = false;              ///< the outline is hardly longer than wide
+  bool shows_sides = false;          ///< both are seen over more than the width: no base hides them
   bool is_telling = false;           ///< neither a box nor a ball has such an outline
   double rating = 0;                 ///< of how much is seen and explained, and how tightly; 1 would be perfect
   std::vector<double> residuals_px;  ///< of the judging points; infinite for those that do not belong to the outline
@@ -35,6 +36,13 @@ struct Solution {
 /// Judges the hypotheses of one part in one frame. Keeps references: what it is made from must outlive it.
 class Judge {
  public:
+  /// Edge points by which solutions are compared.
+  static constexpr std::size_t kPointsToJudge = 400;
+  /// What a point that does not belong to the outline costs: as much as one that is three standard deviations off it.
+  static constexpr double kOutlierCost = 4.5;
+  /// By so much differences of misfits are divided at most, for what neighbouring points have in common.
+  static constexpr double kMostDistrust = 48;
+
   /// `chains` index `points`.
   Judge(const CameraModel& camera, const PartModel& part, const SolveOptions& options, const RegionStatistics& region,
         const std::vector<EdgePoint>& points, const std::vector<Chain>& chains);
@@ -53,6 +61,11 @@ class Judge {
   [[nodiscard]] double evidence(const Solution& a, const Solution& b, double sigma_px) const;
 
  private:
+  // So many neighbours may err alike, and what they have in common may be so much larger than it seems.
+  static constexpr int kBlock = 16;
+  static constexpr double kMaxDistrust = 3;
+  static_assert(kBlock * kMaxDistrust == kMostDistrust);
+
   // What the judging points say of an outline, one after the other along the chains.
   class Hearing {
    public:
@@ -67,8 +80,6 @@ class Judge {
     std::vector<double> residuals_px;
 
    private:
-    static constexpr int kBlock = 16;
-
     int count_ = 0;
     double squares_ = 0;
     int in_block_ = 0;
