@@ -43,8 +43,8 @@ struct CheckOptions {
   /// too short to be asked for. Range 0..1.
   double min_rim_seen = 0.8;
   /// How much likelier than any other pose far from it (10 degrees or a fourth of the height) a pose must be by its
-  /// residuals, whether the other one passes the tests above or not: the logarithm of the ratio, neighbouring points that err alike counted as one (> 0). Lower gives more
-  /// poses, and with badly located edges wrong ones.
+  /// residuals, whether the other one passes the tests above or not: the logarithm of the ratio, neighbouring points
+  /// that err alike counted as one (> 0). Lower gives more poses, and with badly located edges wrong ones.
   double min_evidence = 6;
 
   [[nodiscard]] bool is_valid(std::string* why) const;
