@@ -7,9 +7,11 @@
 #include <cmath>
 #include <cylpose/axial.hpp>
 #include <cylpose/base_pose.hpp>
+#include <cylpose/line.hpp>
 #include <cylpose/refine.hpp>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "loop.hpp"
@@ -248,7 +250,7 @@ void Judge::fail_if_longer(PoseEstimate& estimate, const Outline& outline, std::
 }
 
 // An occluder hides an end, but it does not show the rim of one at another place: then what is seen is a part of
-// another length. A rim seen so flat that an occluder's straight edge would look the same tells nothing.
+// another length. What fits a straight line better, or is seen so flat that it might, is an occluder's edge.
 void Judge::fail_if_of_other_length(PoseEstimate& estimate, const CylinderPose& pose, std::size_t base,
                                     std::span<const EdgePoint> unexplained) const {
   constexpr double kMinAxisCosine = 0.5;
@@ -281,13 +283,28 @@ void Judge::fail_if_of_other_length(PoseEstimate& estimate, const CylinderPose& 
   const std::size_t rim = kBase0 + base;
   const std::vector<Outline::Station> stations = outline->stations();
   std::vector<bool> seen(stations.size(), false);
+  std::vector<EdgePoint> on_rim;
+  double sum_px = 0;
+  double squares_px = 0;
   for (const EdgePoint& point : unexplained) {
     const auto match = outline->match(point, options_.refine.final_gate_px);
-    if (match && match->piece == rim) seen[outline->station_of(*match)] = true;
+    if (!match || match->piece != rim) continue;
+    seen[outline->station_of(*match)] = true;
+    on_rim.push_back(point);
+    sum_px += match->distance_px;
+    squares_px += match->distance_px * match->distance_px;
   }
+  const auto on_rim_count = static_cast<double>(on_rim.size());
   const auto count = std::ranges::count(stations, static_cast<OutlinePiece>(rim), &Outline::Station::piece);
-  const auto hits = std::count(seen.begin(), seen.end(), true);
-  if (outline->bulge_px(base) >= kMinBulgePx && static_cast<double>(hits) >= kMinRimSeen * static_cast<double>(count)) {
+  const auto hits = static_cast<double>(std::count(seen.begin(), seen.end(), true));
+  if (on_rim.size() < 3 || outline->bulge_px(base) < kMinBulgePx || hits < kMinRimSeen * static_cast<double>(count)) {
+    return;
+  }
+  Chain all(on_rim.size());
+  std::iota(all.begin(), all.end(), 0);
+  const double mean_px = sum_px / on_rim_count;
+  const double rms_to_rim_px = std::sqrt(std::max(0.0, squares_px / on_rim_count - mean_px * mean_px));
+  if (rms_to_rim_px < fit_line(on_rim, all).rms_px) {
     fail(estimate, fmt::format("an end is seen at {:.3g} m of the other, the part is {:.3g} m long", other.height_m,
                                part_.height_m));
   }
