@@ -48,11 +48,8 @@ Outline::CircleImage::Place Outline::CircleImage::at(const Eigen::Vector2d& on_c
   return {middle + offset, scale * (ahead.x() * by_cosine + ahead.y() * by_sine - w.dot(ahead) * offset)};
 }
 
-// Cosine and sine of an angle near the foot point's, exact for points on the ellipse; none for points clearly farther
-// outside than `max_distance_px`. Across a flat ellipse, whose long axis is nearly by_sine, the place along that axis
-// tells more than the direction from the middle.
-std::optional<Eigen::Vector2d> Outline::CircleImage::first_guess(const Eigen::Vector2d& position_px,
-                                                                 double max_distance_px, double cosine_sign) const {
+// A place in the coordinates in which the circle is the unit circle.
+Outline::CircleImage::InCircle Outline::CircleImage::in_circle(const Eigen::Vector2d& position_px) const {
   const Eigen::Vector2d offset = position_px - middle;
   const Eigen::Vector2d along = by_sine - w.y() * offset;
   const Eigen::Vector2d toward = by_cosine - w.x() * offset;
@@ -61,19 +58,38 @@ std::optional<Eigen::Vector2d> Outline::CircleImage::first_guess(const Eigen::Ve
   const double shear = toward.dot(along) * per_sine;
   const Eigen::Vector2d across = toward - shear * along;
   const double across_squared = across.squaredNorm();
+  const double cosine = offset.dot(across) / across_squared;
+  InCircle in;
+  in.on_flat = sine;
+  in.thickness_squared = across_squared;
+  in.place = {cosine, sine - cosine * shear};
+  in.squared = in.place.squaredNorm();
+  in.slope = 2 * (in.place.x() - shear * in.place.y()) / across_squared * across + 2 * in.place.y() * per_sine * along;
+  return in;
+}
+
+// Of the distance from the circle's image, to first order; negative inside.
+double Outline::CircleImage::outside_px(const Eigen::Vector2d& position_px) const {
+  const InCircle in = in_circle(position_px);
+  const double radius = std::sqrt(in.squared);
+  return (radius - 1) * 2 * radius / in.slope.norm();
+}
+
+// Cosine and sine of an angle near the foot point's, exact for points on the ellipse; none for points clearly farther
+// outside than `max_distance_px`. Across a flat ellipse, whose long axis is nearly by_sine, the place along that axis
+// tells more than the direction from the middle.
+std::optional<Eigen::Vector2d> Outline::CircleImage::first_guess(const Eigen::Vector2d& position_px,
+                                                                 double max_distance_px, double cosine_sign) const {
+  const InCircle in = in_circle(position_px);
   const double flat = 2 * max_distance_px;
-  if (across_squared > flat * flat) {
-    const double cosine = offset.dot(across) / across_squared;
-    const Eigen::Vector2d direction(cosine, sine - cosine * shear);
-    const double squared = direction.squaredNorm();
+  if (in.thickness_squared > flat * flat) {
     // The square is convex: over its slope, what it is above 1 is no more than the distance.
-    const Eigen::Vector2d slope =
-        2 * (direction.x() - shear * direction.y()) / across_squared * across + 2 * direction.y() * per_sine * along;
     const double reach = kFarOutside * max_distance_px;
-    if (squared > 1 && (squared - 1) * (squared - 1) > reach * reach * slope.squaredNorm()) return std::nullopt;
-    if (squared > 0) return direction / std::sqrt(squared);
+    const double excess = in.squared - 1;
+    if (excess > 0 && excess * excess > reach * reach * in.slope.squaredNorm()) return std::nullopt;
+    if (in.squared > 0) return in.place / std::sqrt(in.squared);
   }
-  const double cut = std::clamp(sine, -1.0, 1.0);
+  const double cut = std::clamp(in.on_flat, -1.0, 1.0);
   return Eigen::Vector2d(cosine_sign * std::sqrt(1 - cut * cut), cut);
 }
 
@@ -268,9 +284,8 @@ bool Outline::within(const Eigen::Vector2d& position_px, double margin_px) const
 }
 
 bool Outline::beyond(const Eigen::Vector2d& position_px, double margin_px) const {
-  const auto outside_px = [&](const ImageLine& line) { return -signed_distance(line, position_px); };
-  return std::max(outside_px(sides_[0]), outside_px(sides_[1])) > margin_px ||
-         outside_px(chords_[0]) > bulge_px(0) + margin_px || outside_px(chords_[1]) > bulge_px(1) + margin_px;
+  return !within(position_px, -margin_px) && circles_[0].outside_px(position_px) > margin_px &&
+         circles_[1].outside_px(position_px) > margin_px;
 }
 
 }  // namespace cylpose

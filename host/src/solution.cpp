@@ -19,10 +19,12 @@
 namespace cylpose {
 namespace {
 
-// Edge points this far inside the outline that do not belong to it are clutter.
+// Edge points this far inside the outline that do not belong to it are clutter. So far outside the part's colour should
+// not be seen: an occluder takes of it, but adds none.
 constexpr double kClutterMarginPx = 3;
 // Edge points this far outside belong to something else. That may be the part as well where it has more edges than this
 // share of those on an outline that other things have, too; and than this multiple of those on any outline.
+constexpr double kMaxBeyond = 0.1;
 constexpr double kElsewherePx = 8;
 constexpr double kMaxElsewhere = 0.25;
 constexpr double kMaxElsewhereAtAll = 2;
@@ -137,6 +139,7 @@ void Judge::Hearing::matched(double distance_px) {
 void Judge::Hearing::unmatched(Place place) {
   residuals_px.push_back(std::numeric_limits<double>::infinity());
   clutter += place == Place::kInside ? 1 : 0;
+  beyond += place == Place::kBeyond ? 1 : 0;
   elsewhere += place == Place::kElsewhere ? 1 : 0;
 }
 
@@ -211,7 +214,8 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   const auto place_of = [&](const EdgePoint& point) {
     using enum Hearing::Place;
     if (outline->within(point.position_px, kClutterMarginPx)) return kInside;
-    return outline->beyond(point.position_px, kElsewherePx) ? kElsewhere : kNear;
+    if (outline->beyond(point.position_px, kElsewherePx)) return kElsewhere;
+    return outline->beyond(point.position_px, kClutterMarginPx) ? kBeyond : kAlong;
   };
   Hearing hearing;
   std::vector<EdgePoint> unexplained;
@@ -331,7 +335,9 @@ std::optional<Solution> Judge::end_on(const FittedEllipse& base) const {
   const auto place_of = [&](const EdgePoint& point) {
     using enum Hearing::Place;
     const double distance_px = base.ellipse.signed_distance(point.position_px);
-    return distance_px > kClutterMarginPx ? kInside : (distance_px > -kElsewherePx ? kNear : kElsewhere);
+    if (distance_px > kClutterMarginPx) return kInside;
+    if (distance_px < -kElsewherePx) return kElsewhere;
+    return distance_px < -kClutterMarginPx ? kBeyond : kAlong;
   };
   Hearing hearing;
   for (const EdgePoint& point : judges_) {
@@ -377,6 +383,10 @@ void Judge::judge(Solution& solution, Hearing hearing, double area_px, double co
   if (solution.is_blob && !is_clear && colored_px > check.max_blob_fill * area_of_mask_px) {
     fail(estimate,
          fmt::format("seen along its axis, but {:.0f} % more of the part's colour than that shows", 100 * (fill - 1)));
+  }
+  if (hearing.beyond > kMaxBeyond * hearing.matched_count()) {
+    fail(estimate, fmt::format("the part's colour is seen beyond the outline, in {:.0f} % as many edges as on it",
+                               100.0 * hearing.beyond / hearing.matched_count()));
   }
   if (!solution.is_telling && hearing.elsewhere > kMaxElsewhere * hearing.matched_count()) {
     fail(estimate, "something else has the part's colour, and a box or a ball could look like this outline");

@@ -70,12 +70,13 @@ class Judge {
   class Hearing {
    public:
     void matched(double distance_px);
-    enum class Place { kInside, kNear, kElsewhere };
+    enum class Place { kInside, kAlong, kBeyond, kElsewhere };
     void unmatched(Place place);
     [[nodiscard]] double clumping() const;
     [[nodiscard]] int matched_count() const { return count_; }
 
     int clutter = 0;    // inside, but not on the outline
+    int beyond = 0;     // outside, but near
     int elsewhere = 0;  // clearly outside
     std::vector<double> residuals_px;
 

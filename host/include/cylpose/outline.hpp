@@ -66,7 +66,7 @@ class Outline {
   /// True when the place is inside the outline, at least `margin_px` away from both sides (negative: outside by that).
   [[nodiscard]] bool within(const Eigen::Vector2d& position_px, double margin_px) const;
 
-  /// True when the place is outside by more than `margin_px` of a side's line, or of a base as far as its arc bulges.
+  /// True when the place is outside by more than `margin_px`.
   [[nodiscard]] bool beyond(const Eigen::Vector2d& position_px, double margin_px) const;
 
  private:
@@ -82,6 +82,15 @@ class Outline {
       Eigen::Vector2d tangent;  // pixels per radian
     };
     [[nodiscard]] Place at(const Eigen::Vector2d& on_circle) const;
+    struct InCircle {
+      Eigen::Vector2d place;
+      double squared;            // of the distance from the middle
+      Eigen::Vector2d slope;     // of that, per pixel
+      double on_flat;            // the place along by_sine where the ellipse is flat
+      double thickness_squared;  // pixels, of half the ellipse across by_sine
+    };
+    [[nodiscard]] InCircle in_circle(const Eigen::Vector2d& position_px) const;
+    [[nodiscard]] double outside_px(const Eigen::Vector2d& position_px) const;
     [[nodiscard]] std::optional<Eigen::Vector2d> first_guess(const Eigen::Vector2d& position_px, double max_distance_px,
                                                              double cosine_sign) const;
   };
