@@ -69,11 +69,14 @@ double perspective_px(const CameraModel& camera, const PartModel& part, const Cy
   return std::abs(2 * part.radius_m * camera.fx * (1 / (z - half) - 1 / (z + half)));
 }
 
-// Whether the mirror image's residuals would stand out: they are about a fourth of what differs.
+// Whether the mirror image's residuals would stand out: they are about a fourth of what differs, where both ends are
+// seen.
 bool perspective_tells(const CameraModel& camera, const PartModel& part, const PoseEstimate& estimate) {
   constexpr double kTellingPx = 0.5;
   constexpr double kTellingSigmas = 10;
-  return perspective_px(camera, part, estimate.pose) > kTellingPx + kTellingSigmas * estimate.rms_px;
+  constexpr double kMostSeen = 0.75;
+  return estimate.seen > kMostSeen &&
+         perspective_px(camera, part, estimate.pose) > kTellingPx + kTellingSigmas * estimate.rms_px;
 }
 
 CylinderPose mirror_image(const CylinderPose& pose) {
