@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "loop.hpp"
+#include "rounded_end.hpp"
 
 namespace cylpose {
 namespace {
@@ -228,7 +229,9 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
     }
   }
   for (const std::size_t base : {std::size_t{0}, std::size_t{1}}) {
-    if (refined->piece_seen[kBase0 + base] < 0.5) fail_if_of_other_length(estimate, refined->pose, base, unexplained);
+    if (refined->piece_seen[kBase0 + base] >= 0.5) continue;
+    fail_if_of_other_length(estimate, refined->pose, base, unexplained);
+    fail_if_end_is_inside(estimate, *outline, base, unexplained);
   }
   // Inside the image, taken to be the share of its stations that lie there.
   const double visible_area_px = outline->area_px() * stations / static_cast<double>(outline->station_count());
@@ -311,6 +314,25 @@ void Judge::fail_if_of_other_length(PoseEstimate& estimate, const CylinderPose& 
   if (rms_to_rim_px < fit_line(on_rim, all).rms_px) {
     fail(estimate, fmt::format("an end is seen at {:.3g} m of the other, the part is {:.3g} m long", other.height_m,
                                part_.height_m));
+  }
+}
+
+// A rim inside the outline, whatever its tilt: where the part is taken to go on, behind an occluder whose edge would be
+// round just there.
+void Judge::fail_if_end_is_inside(PoseEstimate& estimate, const Outline& outline, std::size_t base,
+                                  std::span<const EdgePoint> unexplained) const {
+  constexpr double kMinOutwardCosine = 0.5;
+  constexpr double kMinBulgePx = 0.5;  // several times what edges of a straight border err
+  const Eigen::Vector2d outward =
+      (ideal_pixel(camera_, outline.end_of_side(0, base)) - ideal_pixel(camera_, outline.end_of_side(0, 1 - base)))
+          .normalized();
+  std::vector<EdgePoint> end;
+  std::ranges::copy_if(unexplained, std::back_inserter(end), [&](const EdgePoint& point) {
+    return -point.inward.dot(outward) > kMinOutwardCosine && outline.within(point.position_px, kClutterMarginPx);
+  });
+  const double bulge_px = rounded_end_px(end, outward);
+  if (bulge_px >= kMinBulgePx) {
+    fail(estimate, fmt::format("an end that bulges by {:.1f} px is seen where the part would go on", bulge_px));
   }
 }
 
