@@ -119,11 +119,6 @@ bool is_name(const std::string& name) {
   return !name.empty() && name.size() <= 64 && name.find_first_not_of(kPlain) == std::string::npos;
 }
 
-void require_connected(const Connection& connection) {
-  if (!connection.connected())
-    throw Error(ErrorKind::kDevice, "no NATS server answers; start one with JetStream (-js)");
-}
-
 class JobWorker {
  public:
   JobWorker(Backend& backend, const Connection& connection, const std::function<void(const std::string&)>& on_event)
@@ -192,22 +187,32 @@ bool Archive::is_valid(std::string* why) const {
 std::int64_t submit_archive(const ConnectionOptions& options, const Archive& archive) {
   if (std::string why; !archive.is_valid(&why)) throw Error(ErrorKind::kInput, "archive: " + why);
   const Connection connection(options, "cylpose submit");
-  require_connected(connection);
-  JobStore store(connection);
+  connection.await_server();
+  constexpr std::chrono::seconds kPatience{30};
+  PatientStore patient(connection, kPatience);
   const auto per_job = static_cast<std::size_t>(archive.frames_per_job);
   const auto jobs = static_cast<std::int64_t>((archive.files.size() + per_job - 1) / per_job);
   const std::string manifest = manifest_of(archive, jobs);
   const std::string subject = "cylpose.archive." + archive.name;
-  if (!store.put_once(subject, manifest) && store.find(subject) != manifest) {
+  // What comes back is what counts: where the word that it was put is lost, it is put again and refused.
+  std::optional<std::string> there;
+  patient.ask([&](JobStore& store) {
+    store.put_once(subject, manifest);
+    there = store.find(subject);
+  });
+  if (there != manifest) {
     throw Error(ErrorKind::kInput, "another archive is called " + archive.name + " already; choose another name");
   }
   for (std::int64_t number = 0; number < jobs; ++number) {
-    if (store.find(fmt::format("cylpose.poses.{}.{}", archive.name, number))) continue;
     const std::size_t first = static_cast<std::size_t>(number) * per_job;
     const std::size_t end = std::min(first + per_job, archive.files.size());
     const std::vector<std::string> files(archive.files.begin() + static_cast<std::ptrdiff_t>(first),
                                          archive.files.begin() + static_cast<std::ptrdiff_t>(end));
-    store.put_job(archive.name, number, Json{{"first", first}, {"files", files}}.dump());
+    const std::string job = Json{{"first", first}, {"files", files}}.dump();
+    patient.ask([&](JobStore& store) {
+      if (!store.find(fmt::format("cylpose.poses.{}.{}", archive.name, number)))
+        store.put_job(archive.name, number, job);
+    });
   }
   return jobs;
 }
@@ -228,30 +233,26 @@ std::int64_t collect_archive(const ConnectionOptions& options, const std::string
                              const std::function<void(std::string_view)>& write, const std::function<bool()>& stop) {
   if (!is_name(name)) throw Error(ErrorKind::kInput, "'" + name + "' is no name of an archive");
   const Connection connection(options, "cylpose collect");
-  require_connected(connection);
-  std::optional<JobStore> store;
-  // None only when it is time to stop: a server that is gone comes back.
-  const auto find = [&](const std::string& subject, bool wait) -> std::optional<std::string> {
-    while (!stop()) {
-      try {
-        if (!store) store.emplace(connection);
-        if (auto found = store->find(subject); found || !wait) return found;
-      } catch (const Error&) {
-        store.reset();
-        if (connection.closed()) throw;
-      }
-      std::this_thread::sleep_for(kRetry / 5);
-    }
-    return std::nullopt;
+  connection.await_server();
+  constexpr std::chrono::hours kForEver{24 * 365};
+  PatientStore patient(connection, kForEver, stop);
+  const auto find = [&](const std::string& subject) {
+    std::optional<std::string> found;
+    patient.ask([&](JobStore& store) { found = store.find(subject); });
+    return found;
   };
-  const auto manifest_text = find("cylpose.archive." + name, false);
+  const auto manifest_text = find("cylpose.archive." + name);
+  if (!manifest_text && stop()) return 0;
   if (!manifest_text) throw Error(ErrorKind::kInput, "there is no archive " + name + "; `cylpose submit` makes one");
   const Json manifest = Json::parse(*manifest_text);
   const auto jobs = manifest.at("jobs").get<std::int64_t>();
   const bool has_header = static_cast<PoseFormat>(manifest.at("format").get<int>()) == PoseFormat::kCsv;
   for (std::int64_t number = 0; number < jobs; ++number) {
-    const auto text = find(fmt::format("cylpose.poses.{}.{}", name, number), true);
-    if (!text) return number;
+    std::optional<std::string> text;
+    while (!(text = find(fmt::format("cylpose.poses.{}.{}", name, number)))) {
+      if (stop()) return number;
+      std::this_thread::sleep_for(kRetry / 5);
+    }
     const Json result = Json::parse(*text);
     if (result.contains("error")) {
       throw Error(ErrorKind::kInput,

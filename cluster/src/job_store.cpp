@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <cylpose/error.hpp>
+#include <thread>
+#include <utility>
 
 namespace cylpose::cluster {
 namespace {
@@ -88,6 +90,29 @@ NatsMessage JobStore::next_job(std::chrono::milliseconds patience) {
   list.Msgs[0] = nullptr;
   natsMsgList_Destroy(&list);
   return message;
+}
+
+PatientStore::PatientStore(const Connection& connection, std::chrono::seconds patience, std::function<bool()> stop)
+    : connection_(connection), patience_(patience), stop_(std::move(stop)) {}
+
+void PatientStore::ask(const std::function<void(JobStore&)>& what) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::seconds kFailing{20};
+  constexpr std::chrono::milliseconds kRetry{50};
+  const auto start = Clock::now();
+  auto there_since = start;
+  while (!stop_()) {
+    try {
+      if (!store_) store_.emplace(connection_);
+      return what(*store_);
+    } catch (const Error&) {
+      store_.reset();
+      const auto now = Clock::now();
+      if (!connection_.connected()) there_since = now;
+      if (connection_.closed() || now - start > patience_ || now - there_since > kFailing) throw;
+    }
+    std::this_thread::sleep_for(kRetry);
+  }
 }
 
 }  // namespace cylpose::cluster

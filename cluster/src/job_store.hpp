@@ -8,6 +8,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -33,6 +34,24 @@ class JobStore {
  private:
   std::unique_ptr<jsCtx, Freed<jsCtx, jsCtx_Destroy>> context_;
   NatsSubscription jobs_;
+};
+
+/// A store on a server that may be killed and started again at any moment.
+class PatientStore {
+ public:
+  /// `patience`: with a server that is gone. `stop` ends any wait.
+  PatientStore(
+      const Connection& connection, std::chrono::seconds patience, std::function<bool()> stop = [] { return false; });
+
+  /// Does it, again and again until it does not fail, or until it is time to stop: so it must be a thing that may be
+  /// done twice. Throws Error(kDevice) when patience is at its end, or the server is there but fails for some seconds.
+  void ask(const std::function<void(JobStore&)>& what);
+
+ private:
+  const Connection& connection_;
+  std::chrono::seconds patience_;
+  std::function<bool()> stop_;
+  std::optional<JobStore> store_;
 };
 
 }  // namespace cylpose::cluster

@@ -23,8 +23,8 @@ class Node {
         id_(random_word(4)),
         node_(options.name + "." + id_),
         connection_(options.connection, "cylpose worker " + node_),
-        service_(connection_, {options.name, id_, "cylpose.tile." + node_, options.device}),
-        tiles_(connection_.subscribe("cylpose.tile." + node_)) {
+        tiles_(connection_.subscribe("cylpose.tile." + node_)),
+        service_(connection_, {options.name, id_, "cylpose.tile." + node_, options.device}) {
     // Tiles that nobody waits for any more are not worth keeping.
     constexpr int kMostBytes = 1 << 28;
     check(natsSubscription_SetPendingLimits(tiles_.get(), options.slots * 8, kMostBytes),
@@ -33,7 +33,7 @@ class Node {
   }
 
   void run(const std::function<bool()>& stop) {
-    const Listener who(connection_, "cylpose.who", [this](const NatsMessage&) { say_hello(options_.slots); });
+    const Listener who(connection_, "cylpose.who", [this](const NatsMessage&) { say_hello(); });
     const std::jthread pulse([this](const std::stop_token& end) { beat(end); });
     constexpr std::chrono::milliseconds kPatience{50};
     while (!stop()) {
@@ -44,7 +44,7 @@ class Node {
       }
     }
     leaving_ = true;
-    say_hello(0);
+    say_hello();
     natsSubscription_Drain(tiles_.get());
     while (const NatsMessage message = next_message(tiles_, kPatience)) answer(message);
     constexpr std::int64_t kFlushMs = 1000;
@@ -79,7 +79,7 @@ class Node {
         tell(connected ? fmt::format("node {} is connected and asks for tiles", node_)
                        : "the NATS server is gone; trying again until it is back");
       }
-      if ((connected && !was_connected) || step % kStepsToHello == 0) say_hello(leaving_ ? 0 : options_.slots);
+      if ((connected && !was_connected) || step % kStepsToHello == 0) say_hello();
       was_connected = connected;
       const Clock::rep since = busy_since_;
       if (since == 0 || Clock::now() - Clock::time_point(Clock::duration(since)) <= options_.hang_after) continue;
@@ -90,9 +90,11 @@ class Node {
     }
   }
 
-  void say_hello(int slots) const {
+  // From three threads; the last word must be the one that we are leaving.
+  void say_hello() {
     const double measured = service_.pixels_per_ms();
-    const Buffer hello = encode(Hello{node_, slots, measured > 0 ? measured : pixels_per_ms_});
+    const std::scoped_lock lock(hello_);
+    const Buffer hello = encode(Hello{node_, leaving_ ? 0 : options_.slots, measured > 0 ? measured : pixels_per_ms_});
     if (connection_.connected()) connection_.publish("cylpose.node." + node_, {hello.data(), hello.size()});
   }
 
@@ -157,10 +159,12 @@ class Node {
   }
 
   void tell(const std::string& what) const {
+  std::mutex hello_;
     if (options_.on_event) options_.on_event(what);
   }
 
   void tell_once(const std::string& what) {
+  Service service_;  ///< who sees us there may send tiles
     constexpr std::size_t kMost = 1000;
     if (told_.size() < kMost && told_.insert(what).second) tell(what);
   }
@@ -174,7 +178,6 @@ class Node {
   std::atomic<Clock::rep> busy_since_ = 0;  ///< 0: idle
   std::set<std::string> told_;
   Connection connection_;
-  Service service_;
   NatsSubscription tiles_;
 };
 

@@ -106,6 +106,21 @@ TEST_F(Archives, LoseAndDoubleNothingWhenWorkersAndServersAreKilled) {
   expect_rows(text, 60);
 }
 
+TEST_F(Archives, WaitForAServerThatIsBeingRestarted) {
+  make_frames(3);
+  const auto restarted_meanwhile = [this](const std::function<void()>& what) {
+    server_.kill();
+    std::jthread restart([this] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+      server_.restart();
+    });
+    what();
+  };
+  restarted_meanwhile([this] { EXPECT_EQ(submit_archive(connection_, archive_), 1); });
+  const Process first = worker(0);
+  restarted_meanwhile([this] { expect_rows(collected(), 3); });
+}
+
 TEST_F(Archives, MaySubmittedAgainGoOnWhereTheyStopped) {
   make_frames(9);
   EXPECT_EQ(submit_archive(connection_, archive_), 3);
