@@ -166,6 +166,17 @@ TEST_F(Security, NobodyElseGetsIn) {
   EXPECT_NE(refusal_of(plain), "connected");
 }
 
+// Of so many signatures some begin with a zero, which libnats 3.4 does not send.
+TEST(NKeys, OpenTheDoorEveryTime) {
+  const TempDir folder;
+  const NKey key = make_nkey();
+  const NatsServer server(folder.path(), "authorization: {users: [{nkey: " + key.public_key + "}]}\n");
+  ConnectionOptions options;
+  options.servers = {server.url()};
+  options.creds = folder.write("key.nk", key.seed + "\n");
+  for (int i = 0; i < 1000; ++i) ASSERT_NO_THROW(Connection(options, "test").await_server()) << i;
+}
+
 TEST_F(Security, AServerWithoutTlsIsNotTalkedToWhenTlsIsAskedFor) {
   TempDir folder;
   const NatsServer plain(folder.path());
