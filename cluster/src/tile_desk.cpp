@@ -71,16 +71,20 @@ void TileDesk::send(const std::string& node, Tile tile, const Roi& origin, const
     ++counters_.sent;
     const auto now = Clock::now();
     found->second.tried = now;
-    const double ms = found->second.cost.ms(static_cast<double>(origin.width) * (tile.rows.end - tile.rows.first));
+    const double pixels = static_cast<double>(origin.width) * (tile.rows.end - tile.rows.first);
+    const double ms = found->second.cost.ms(pixels);
     open_[tile.id] = {node, work, piece, origin, tile.rows, tile.parts.size(), now};
     if (work != nullptr) {
       constexpr double kPatience = 1.5;
       constexpr double kLeastMs = 1;
+      constexpr double kNewcomersMs = 10;  // what its link costs nobody knows yet
       const std::scoped_lock frame_lock(work->mutex);
       Piece& target = work->pieces[piece];
       ++target.copies;
       ++target.tries;
-      const double wait_ms = found->second.cost.known() ? kPatience * ms * found->second.open + kLeastMs : 1e6;
+      const double claimed_ms = pixels / std::max(1.0, found->second.pixels_per_ms);
+      const double wait_ms = kPatience * found->second.open * (found->second.cost.known() ? ms : claimed_ms) +
+                             (found->second.cost.known() ? kLeastMs : kNewcomersMs);
       target.due =
           now + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double, std::milli>(wait_ms));
     }

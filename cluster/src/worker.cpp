@@ -81,12 +81,6 @@ class Node {
       }
       if ((connected && !was_connected) || step % kStepsToHello == 0) say_hello();
       was_connected = connected;
-      const Clock::rep since = busy_since_;
-      if (since == 0 || Clock::now() - Clock::time_point(Clock::duration(since)) <= options_.hang_after) continue;
-      if (options_.on_hang) {
-        options_.on_hang(fmt::format("a tile has taken more than {} ms: {} hangs", options_.hang_after.count(),
-                                     options_.device.empty() ? "the device" : options_.device));
-      }
     }
   }
 
@@ -141,14 +135,7 @@ class Node {
     TileResult result;
     result.id = tile.id;
     const auto start = Clock::now();
-    busy_since_ = start.time_since_epoch().count();
-    try {
-      result.parts = backend_.detect(tile.image, tile.image.bounds(), tile.parts, options).parts;
-    } catch (...) {
-      busy_since_ = 0;
-      throw;
-    }
-    busy_since_ = 0;
+    result.parts = backend_.detect(tile.image, tile.image.bounds(), tile.parts, options).parts;
     result.busy_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
     return result;
   }
@@ -159,12 +146,10 @@ class Node {
   }
 
   void tell(const std::string& what) const {
-  std::mutex hello_;
     if (options_.on_event) options_.on_event(what);
   }
 
   void tell_once(const std::string& what) {
-  Service service_;  ///< who sees us there may send tiles
     constexpr std::size_t kMost = 1000;
     if (told_.size() < kMost && told_.insert(what).second) tell(what);
   }
@@ -174,11 +159,12 @@ class Node {
   std::string id_;
   std::string node_;
   double pixels_per_ms_ = 0;
+  std::mutex hello_;
   std::atomic<bool> leaving_ = false;
-  std::atomic<Clock::rep> busy_since_ = 0;  ///< 0: idle
   std::set<std::string> told_;
   Connection connection_;
   NatsSubscription tiles_;
+  Service service_;  ///< who sees us there may send tiles
 };
 
 }  // namespace
@@ -196,8 +182,6 @@ bool WorkerOptions::is_valid(std::string* why) const {
     return refuse("the name is '" + name + "'; use 1 to 64 letters, digits, - and _");
   }
   if (slots < 1 || slots > kMostSlots) return refuse("slots are " + std::to_string(slots) + "; must be 1 to 64");
-  if (hang_after.count() <= 0)
-    return refuse("hang_after is " + std::to_string(hang_after.count()) + " ms; must be above 0");
   return true;
 }
 
