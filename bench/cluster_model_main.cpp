@@ -114,7 +114,7 @@ std::vector<double> spread(double low, double high) {
 Chart node_chart() {
   Chart chart{"model only: 1280x720, nodes of 50 ms/Mpixel, 32 rows a tile",
               {"nodes", 1, 1000, true, {}},
-              {"ms a frame", 1, 1000, true, {}},
+              {"ms", 1, 1000, true, {}},
               {}};
   std::size_t color = 0;
   for (const double link : {12.5, 125.0, 1250.0}) {
@@ -137,15 +137,14 @@ std::vector<Chart> charts(Measured measured) {
   const ClusterWorld world = measured_world(measured);
   std::vector<Chart> all;
   all.push_back(compared("1280x720 by one worker, link of the coordinator throttled", {"MB/s", 10, 300, true, {}},
-                         {"ms a frame", 5, 400, true, {}}, measured.series["link"], spread(10, 300), [&](double link) {
+                         {"ms", 5, 400, true, {}}, measured.series["link"], spread(10, 300), [&](double link) {
                            ClusterWorld at = world;
                            at.link_mb_per_s = link;
                            at.tile_rows = kTallRows;
                            return frame_ms(at, 1);
                          }));
   all.push_back(compared("1280x720 by one worker at 50 MB/s", {"rows a tile", 16, 300, true, {}},
-                         {"ms a frame", 50, 100, false, {}}, measured.series["rows"], spread(16, 300),
-                         [&](double rows) {
+                         {"ms", 50, 100, false, {}}, measured.series["rows"], spread(16, 300), [&](double rows) {
                            ClusterWorld at = world;
                            at.link_mb_per_s = 50;
                            at.tile_rows = static_cast<int>(rows);
