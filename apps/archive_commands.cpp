@@ -12,6 +12,7 @@
 #include "cluster_commands.hpp"
 #include "cluster_options.hpp"
 #include "commands.hpp"
+#include "help_text.hpp"
 #include "interrupt.hpp"
 #include "output.hpp"
 
@@ -64,14 +65,21 @@ void collect(const Arguments& arguments) {
 
 void add_archive_commands(CLI::App& app) {
   CLI::App* command = app.add_subcommand("submit", "Queue a recording for `cylpose worker --jobs`.");
+  set_examples(*command,
+               {"cylpose submit --server nats://HOST:4222 --name flight7 --camera camera.yaml --parts parts.yaml "
+                "frames/"});
   const auto arguments = std::make_shared<Arguments>();
   add_connection_options(*command, arguments->connection);
-  command->add_option("--camera", arguments->camera, "Calibration, as for estimate")->required()->type_name("FILE");
-  command->add_option("--parts", arguments->parts, "The cylinders, as for estimate")->required()->type_name("FILE");
+  command->add_option("--camera", arguments->camera, "Calibration, as for `cylpose estimate`")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--parts", arguments->parts, "The cylinders, as for `cylpose estimate`")
+      ->required()
+      ->type_name("FILE");
   command->add_option("--name", arguments->archive.name, "What to call it; the same again goes on where it stopped")
       ->required()
       ->type_name("NAME");
-  command->add_option("--format", arguments->format, "csv, jsonl or tum (default: csv)")->type_name("NAME");
+  command->add_option("--format", arguments->format, "Form of the poses (default: csv)")->type_name("csv|jsonl|tum");
   command->add_option("--fps", arguments->archive.fps, "Frames per second (default: 30)")->type_name("NUMBER");
   command->add_option("--job-frames", arguments->archive.frames_per_job, "Frames of a job (default: 16)")
       ->type_name("N");
@@ -83,10 +91,12 @@ void add_archive_commands(CLI::App& app) {
       ->type_name("...");
   command->callback([arguments] { submit(*arguments); });
 
-  CLI::App* gather = app.add_subcommand("collect", "Write the poses of a submitted recording, in order.");
+  CLI::App* gather = app.add_subcommand(
+      "collect", "Write the poses of a submitted recording in order; waits for those still to come.");
+  set_examples(*gather, {"cylpose collect --server nats://HOST:4222 flight7 > poses.csv"});
   const auto wanted = std::make_shared<Arguments>();
   add_connection_options(*gather, wanted->connection);
-  gather->add_option("NAME", wanted->archive.name, "As given to submit")->required()->type_name("");
+  gather->add_option("NAME", wanted->archive.name, "As given to `cylpose submit`")->required()->type_name("");
   gather->callback([wanted] { collect(*wanted); });
 }
 

@@ -10,7 +10,8 @@ void add_cluster_commands(CLI::App& /*app*/) {}
 
 void add_cluster_backend(CLI::App& /*estimate*/, ClusterArguments& /*arguments*/) {}
 
-std::unique_ptr<Backend> cluster_backend(std::unique_ptr<Backend> /*local*/, const ClusterArguments& /*arguments*/) {
+ChosenBackend cluster_backend(std::unique_ptr<Backend> /*local*/, const ClusterArguments& /*arguments*/,
+                              const Tell& /*tell*/) {
   throw Error(ErrorKind::kInput, "this build of cylpose has no cluster; build it with -DCYLPOSE_WITH_CLUSTER=ON");
 }
 

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "live/live_state.hpp"
+
 namespace cylpose::apps {
 
 struct ClusterArguments {
@@ -24,8 +26,16 @@ void add_connection_options(CLI::App& command, ClusterArguments& arguments);
 /// Adds those and --deadline to `estimate`, and `cluster` to the known backends.
 void add_cluster_backend(CLI::App& estimate, ClusterArguments& arguments);
 
-/// Warnings go to standard error. Throws Error.
-[[nodiscard]] std::unique_ptr<Backend> cluster_backend(std::unique_ptr<Backend> local,
-                                                       const ClusterArguments& arguments);
+/// Told what the user should know, from any thread.
+using Tell = std::function<void(const std::string& what)>;
+
+struct ChosenBackend {
+  std::unique_ptr<Backend> backend;
+  AskCluster cluster;  ///< while `backend` lives; empty where there is no cluster
+};
+
+/// Throws Error.
+[[nodiscard]] ChosenBackend cluster_backend(std::unique_ptr<Backend> local, const ClusterArguments& arguments,
+                                            const Tell& tell);
 
 }  // namespace cylpose::apps

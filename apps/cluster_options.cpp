@@ -10,17 +10,23 @@
 namespace cylpose::apps {
 
 void add_connection_options(CLI::App& command, ClusterArguments& arguments) {
+  constexpr const char* kGroup = "NATS server";
   command
       .add_option("--server", arguments.servers, "NATS servers, several with commas (default: nats://127.0.0.1:4222)")
       ->delimiter(',')
-      ->type_name("nats://HOST:PORT");
+      ->allow_extra_args(false)  // what follows is an input
+      ->type_name("nats://HOST:PORT")
+      ->group(kGroup);
   command.add_option("--creds", arguments.creds, "Who we are: NATS credentials, or the seed of an NKey")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->group(kGroup);
   command.add_option("--tls-ca", arguments.tls_ca, "Use TLS; the authority that signed the server's certificate")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->group(kGroup);
   command.add_option("--tls-cert", arguments.tls_cert, "Our certificate, for servers that ask for one")
-      ->type_name("FILE");
-  command.add_option("--tls-key", arguments.tls_key, "The key of our certificate")->type_name("FILE");
+      ->type_name("FILE")
+      ->group(kGroup);
+  command.add_option("--tls-key", arguments.tls_key, "The key of our certificate")->type_name("FILE")->group(kGroup);
 }
 
 cluster::ConnectionOptions connection_options(const ClusterArguments& arguments) {

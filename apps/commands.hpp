@@ -6,7 +6,7 @@
 
 namespace cylpose::apps {
 
-/// Exit codes of every subcommand; `cylpose --help` lists them.
+/// Exit codes of every subcommand; every `--help` lists them (exit_code_texts).
 enum ExitCode {
   kSuccess = 0,
   kInternalError = 1,
@@ -21,6 +21,8 @@ void add_cluster_commands(CLI::App& app);
 void add_devices_command(CLI::App& app);
 void add_estimate_command(CLI::App& app);
 void add_evaluate_command(CLI::App& app);
+/// What the build asks for manual pages and shell completion; not shown in any help. `app` must outlive its parsing.
+void add_reference_command(CLI::App& app);
 void add_synth_command(CLI::App& app);
 void add_tune_command(CLI::App& app);
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "help_text.hpp"
 #include "output.hpp"
 
 namespace cylpose::apps {
@@ -64,6 +65,7 @@ std::string list_of_devices() {
 
 void add_devices_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("devices", "List what can do the per-pixel work (estimate --backend NAME).");
+  set_examples(*command, {"cylpose devices"});
   command->callback([] { write_stdout(list_of_backends() + list_of_devices()); });
 }
 

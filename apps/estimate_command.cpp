@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <cylpose/default_backend.hpp>
 #include <cylpose/error.hpp>
@@ -10,13 +11,16 @@
 #include <memory>
 #include <opencv2/core/utils/logger.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "cluster_backend.hpp"
 #include "commands.hpp"
 #include "estimate_run.hpp"
+#include "help_text.hpp"
 #include "interrupt.hpp"
+#include "live/live_page.hpp"
 #include "output.hpp"
 
 namespace cylpose::apps {
@@ -40,6 +44,8 @@ struct Arguments {
   bool filter = false;
   bool live = false;
   bool show = false;
+  std::optional<int> serve;
+  std::string serve_address = "127.0.0.1";
   std::string trace;
   FrameSourceOptions frames;
   std::vector<std::string> inputs;
@@ -60,7 +66,7 @@ PoseFormat format_of(const Arguments& arguments) {
 }
 
 // Here, not in the library: options that one backend has and the others have not, and what is said to the user.
-std::unique_ptr<Backend> backend_for(const Arguments& arguments) {
+ChosenBackend backend_for(const Arguments& arguments, const Tell& tell) {
   const bool cluster = arguments.backend == "cluster";
   if (!arguments.device.empty() && !arguments.backend.empty() && arguments.backend != "opencl" && !cluster) {
     throw Error(ErrorKind::kInput,
@@ -71,34 +77,53 @@ std::unique_ptr<Backend> backend_for(const Arguments& arguments) {
   OpenclOptions options;
   options.device = arguments.device;
   options.profile = arguments.timing || !arguments.trace.empty();
-  options.on_device_lost = [](const OpenclDevice& device, const std::string& why) {
-    fmt::print(stderr, "cylpose: warning: going on without {}: {}\n", device.name, why);
+  options.on_device_lost = [tell](const OpenclDevice& device, const std::string& why) {
+    tell(fmt::format("warning: going on without {}: {}", device.name, why));
   };
-  if (arguments.backend == "opencl" || (!arguments.device.empty() && !cluster)) return make_opencl_backend(options);
-  if (!arguments.backend.empty() && !cluster) return make_backend(arguments.backend);
+  if (arguments.backend == "opencl" || (!arguments.device.empty() && !cluster)) {
+    return {make_opencl_backend(options), {}};
+  }
+  if (!arguments.backend.empty() && !cluster) return {make_backend(arguments.backend), {}};
   DefaultBackend chosen = make_default_backend(options);
-  if (!chosen.note.empty()) fmt::print(stderr, "cylpose: {}\n", chosen.note);
-  return cluster ? cluster_backend(std::move(chosen.backend), arguments.cluster) : std::move(chosen.backend);
+  if (!chosen.note.empty()) tell(chosen.note);
+  if (cluster) return cluster_backend(std::move(chosen.backend), arguments.cluster, tell);
+  return {std::move(chosen.backend), {}};
+}
+
+struct Prepared {
+  MakePipeline make_pipeline;
+  AskCluster cluster;
+};
+
+std::vector<std::string> backend_names() {
+  std::vector<std::string> names;
+  for (const BackendInfo& backend : backends()) names.emplace_back(backend.name);
+  return names;
 }
 
 // Made before outputs are touched: everything that can be refused about it is refused here.
-MakePipeline pipeline_for(const Arguments& arguments, const CameraModel& camera, const std::vector<PartModel>& parts,
-                          const std::shared_ptr<graph::Trace>& trace) {
+Prepared prepared(const Arguments& arguments, const CameraModel& camera, const std::vector<PartModel>& parts,
+                  const std::shared_ptr<graph::Trace>& trace, const Tell& tell) {
   graph::PipelineOptions options;
   options.policy = arguments.live ? graph::Policy::kLatest : graph::Policy::kAll;
   if (arguments.filter) options.filter.emplace();
   options.with_stages = !arguments.debug_dir.empty();
   options.trace = trace;
   if (arguments.method == "default") {
-    return [=, backend = std::make_shared<std::unique_ptr<Backend>>(backend_for(arguments))](graph::Sink sink) {
-      return std::make_unique<graph::Pipeline>(camera, parts, std::move(*backend), std::move(sink), options);
-    };
+    ChosenBackend chosen = backend_for(arguments, tell);
+    const auto backend = std::make_shared<std::unique_ptr<Backend>>(std::move(chosen.backend));
+    return {[=](graph::Sink sink) {
+              return std::make_unique<graph::Pipeline>(camera, parts, std::move(*backend), std::move(sink), options);
+            },
+            std::move(chosen.cluster)};
   }
   const bool on_device = arguments.backend.empty() && !arguments.device.empty();
-  auto estimator = make_estimator(arguments.method, camera, parts, on_device ? "opencl" : arguments.backend);
-  return [=, estimator = std::make_shared<std::unique_ptr<Estimator>>(std::move(estimator))](graph::Sink sink) {
-    return std::make_unique<graph::Pipeline>(camera, parts, std::move(*estimator), std::move(sink), options);
-  };
+  const auto estimator = std::make_shared<std::unique_ptr<Estimator>>(
+      make_estimator(arguments.method, camera, parts, on_device ? "opencl" : arguments.backend));
+  return {[=](graph::Sink sink) {
+            return std::make_unique<graph::Pipeline>(camera, parts, std::move(*estimator), std::move(sink), options);
+          },
+          {}};
 }
 
 std::string nodes_text(const graph::PipelineStatistics& statistics) {
@@ -125,23 +150,31 @@ std::string summary_text(const RunSummary& summary) {
   return text;
 }
 
-/// What the report says it is about.
-std::vector<ReportFact> facts_of(const Arguments& arguments, const RunSummary& summary) {
-  std::vector<ReportFact> facts = {{"Input", fmt::format("{}", fmt::join(arguments.inputs, ", "))},
-                                   {"Camera", arguments.camera},
-                                   {"Parts", arguments.parts}};
+/// The inputs, the first few of many.
+std::string inputs_text(const Arguments& arguments) {
+  constexpr std::size_t kMost = 4;
+  const std::span<const std::string> inputs = arguments.inputs;
+  std::string text = fmt::format("{}", fmt::join(inputs.first(std::min(inputs.size(), kMost)), ", "));
+  if (inputs.size() > kMost) text += fmt::format(" and {} more", inputs.size() - kMost);
+  return text;
+}
+
+/// What report and live page say they are about.
+std::vector<ReportFact> facts_of(const Arguments& arguments) {
+  std::vector<ReportFact> facts = {
+      {"Input", inputs_text(arguments)}, {"Camera", arguments.camera}, {"Parts", arguments.parts}};
   if (!arguments.truth.empty()) facts.push_back({"Truth", arguments.truth});
   if (!arguments.extrinsics.empty()) facts.push_back({"In the frame of", arguments.extrinsics});
   facts.push_back({"Method", arguments.method});
   if (!arguments.backend.empty()) facts.push_back({"Backend", arguments.backend});
-  facts.push_back({"Run", summary_text(summary)});
   return facts;
 }
 
 void write_report(const Arguments& arguments, const RunSummary& summary, const ReportRecorder& recorder) {
   Report report = recorder.report();
-  report.title = fmt::format("Poses from {}", fmt::join(arguments.inputs, ", "));
-  report.facts = facts_of(arguments, summary);
+  report.title = "Poses from " + inputs_text(arguments);
+  report.facts = facts_of(arguments);
+  report.facts.push_back({"Run", summary_text(summary)});
   write_result(arguments.report, to_html(report));
 }
 
@@ -166,8 +199,18 @@ void estimate_inputs(const Arguments& arguments) {
                    extrinsics);
   }
   const auto frames = open_frames(arguments.inputs, arguments.frames);
+  std::optional<LiveState> live;
+  std::optional<LivePage> page;
+  if (arguments.serve) {
+    live.emplace(camera, parts, extrinsics, facts_of(arguments));
+    page.emplace(*live, arguments.serve_address, *arguments.serve);
+  }
+  const Tell tell = [&live](const std::string& what) {
+    fmt::print(stderr, "cylpose: {}\n", what);
+    if (live) live->tell(what);
+  };
   const auto trace = arguments.trace.empty() ? nullptr : std::make_shared<graph::Trace>(arguments.trace);
-  const MakePipeline make_pipeline = pipeline_for(arguments, camera, parts, trace);
+  const Prepared run = prepared(arguments, camera, parts, trace, tell);
   std::optional<OverlayWindow> window;
   if (arguments.show) window.emplace("cylpose: q or Escape ends");
   if (report) write_result(arguments.report, "");  // what cannot be written is to fail now, not after a long run
@@ -186,17 +229,23 @@ void estimate_inputs(const Arguments& arguments) {
   if (arguments.timing) timing.emplace();
   Progress progress(frames->size(), arguments.output == "-");
 
-  const RunSummary summary = run_estimation(
-      *frames, make_pipeline, camera, parts,
-      {&poses, extrinsics ? &*extrinsics : nullptr, overlay ? &*overlay : nullptr, window ? &*window : nullptr,
-       debug ? &*debug : nullptr, timing ? &*timing : nullptr, report ? &*report : nullptr, &progress},
-      arguments.live);
+  if (page) {
+    page->start();
+    progress.message("live page: " + page->url());
+  }
+  const RunSummary summary =
+      run_estimation(*frames, run.make_pipeline, camera, parts,
+                     {&poses, extrinsics ? &*extrinsics : nullptr, overlay ? &*overlay : nullptr,
+                      window ? &*window : nullptr, debug ? &*debug : nullptr, timing ? &*timing : nullptr,
+                      report ? &*report : nullptr, live ? &*live : nullptr, run.cluster, &progress},
+                     arguments.live);
   poses.close();
   if (trace) trace->close();
   if (report) write_report(arguments, summary, *report);
   for (const std::string& warning : frames->warnings()) progress.message("warning: " + warning);
   progress.message(summary_text(summary));
   if (timing) fmt::print(stderr, "{}\n{}", timing->text(), nodes_text(summary.pipeline));
+  if (page) page->finish();
   if (summary.interrupted) throw CLI::RuntimeError(kInterrupted);
   if (summary.frames > 0 && summary.unreadable == summary.frames) {
     throw Error(ErrorKind::kInput, "none of the images can be read; see the messages above");
@@ -207,23 +256,35 @@ void estimate_inputs(const Arguments& arguments) {
 
 void add_estimate_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("estimate", "Estimate the poses of coloured cylinders in images.");
+  set_examples(
+      *command,
+      {"cylpose estimate --camera camera.yaml --parts parts.yaml --overlay overlay --output poses.csv video.mp4",
+       "cylpose estimate --camera camera.yaml --parts parts.yaml --output poses.csv --report report.html frames/",
+       "cylpose estimate --camera camera.yaml --parts parts.yaml --filter --live --show /dev/video0"});
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("--camera", arguments->camera, "Calibration: YAML of camera_info or of OpenCV")
-      ->required()
-      ->type_name("FILE");
-  command->add_option("--parts", arguments->parts, "The cylinders: YAML with sizes and colours")
+  add_cluster_backend(*command, arguments->cluster);
+  command
+      ->add_option("--camera", arguments->camera,
+                   "Calibration: a camera_info or OpenCV file (YAML); all images must have its size")
       ->required()
       ->type_name("FILE");
   command
-      ->add_option("--extrinsics", arguments->extrinsics,
-                   "Where the camera sits: YAML with rotation and translation_m; poses are written in that frame")
+      ->add_option("--parts", arguments->parts,
+                   "The cylinders (YAML): radius and height in metres, hue range; `cylpose tune` makes one")
+      ->required()
+      ->type_name("FILE");
+  command
+      ->add_option(
+          "--extrinsics", arguments->extrinsics,
+          "Where the camera sits on its carrier (YAML: rotation, translation_m); poses are then written in the "
+          "carrier's frame (default: camera frame: x right, y down, z forward)")
       ->type_name("FILE");
   command
       ->add_option(
           "--backend", arguments->backend,
           "Who does the per-pixel work; `cylpose devices` lists them (default: opencl where a device is found, else "
           "serial)")
-      ->type_name("NAME");
+      ->type_name(fmt::format("{}", fmt::join(backend_names(), "|")));
   command
       ->add_option("--device", arguments->device,
                    "OpenCL devices to run on: index, type or part of the name, several with commas, cpu/2 for halves "
@@ -231,16 +292,15 @@ void add_estimate_command(CLI::App& app) {
       ->type_name("DEVICE");
   command
       ->add_option("--method", arguments->method,
-                   fmt::format("One of: {} (default: {})", fmt::join(method_names(), ", "), arguments->method))
-      ->type_name("NAME");
-  command->add_option("-o,--output", arguments->output, "Where the poses go; - is standard output (default)")
+                   fmt::format("`thesis` is the method of the thesis, on OpenCV (default: {})", arguments->method))
+      ->type_name(fmt::format("{}", fmt::join(method_names(), "|")));
+  command->add_option("-o,--output", arguments->output, "Where the poses go (default: -, standard output)")
       ->type_name("FILE|-");
   command
-      ->add_option("--format", arguments->format, "csv, jsonl or tum (default: by the extension of --output, or csv)")
-      ->type_name("NAME");
+      ->add_option("--format", arguments->format, "Form of the poses (default: by the extension of --output, or csv)")
+      ->type_name("csv|jsonl|tum");
   command->add_option("--overlay", arguments->overlay, "Pictures with the poses drawn in: a folder, or a video file")
       ->type_name("DIR|video.mp4");
-  add_cluster_backend(*command, arguments->cluster);
   command->add_option("--debug-dir", arguments->debug_dir, "A picture per stage, part and frame")->type_name("DIR");
   CLI::Option* report =
       command->add_option("--report", arguments->report, "The run as one HTML page: tables, plots, pictures")
@@ -249,11 +309,24 @@ void add_estimate_command(CLI::App& app) {
       ->needs(report)
       ->type_name("TRUTH.csv");
   command->add_flag("--timing", arguments->timing, "Print how long each stage takes");
-  command->add_flag("--filter", arguments->filter,
-                    "Filter the poses over time: smoother, and `predicted` while a part is hidden");
+  command->add_flag(
+      "--filter", arguments->filter,
+      "Filter the poses over time: smoother, and `predicted` while a part is hidden (default: every frame on its own)");
   command->add_flag("--live", arguments->live,
                     "Drop frames that are stale instead of falling behind; recordings play at their own speed");
   command->add_flag("--show", arguments->show, "Show the overlay in a window; q or Escape ends the run");
+  CLI::Option* serve =
+      command
+          ->add_option("--serve", arguments->serve,
+                       "Show the run while it goes on, on a page for browsers; port 0 is any that is free")
+          ->check(CLI::Range(0, 65535))
+          ->type_name("PORT");
+  command
+      ->add_option("--serve-address", arguments->serve_address,
+                   fmt::format("Where to serve it; 0.0.0.0 lets all the network look, without a password (default: {})",
+                               arguments->serve_address))
+      ->needs(serve)
+      ->type_name("ADDRESS");
   command
       ->add_option("--trace", arguments->trace,
                    "Timeline of frames, nodes and device commands for ui.perfetto.dev (Chrome's JSON format)")

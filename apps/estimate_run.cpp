@@ -40,7 +40,9 @@ class Run {
       : source_(source), camera_(camera), parts_(parts), sinks_(sinks) {}
 
   RunSummary run(const MakePipeline& make_pipeline, bool live) {
-    const auto pipeline = make_pipeline([this](const FramePtr& frame) { process(*frame); });
+    const auto pipeline = make_pipeline([this](const FramePtr& frame) { process(frame); });
+    std::optional<LiveState::Attachment> watched;
+    if (sinks_.live != nullptr) watched.emplace(sinks_.live->attach(*pipeline, sinks_.cluster));
     const Clock::time_point start = Clock::now();
     Stopwatch watch;
     while (!InterruptGuard::requested()) {
@@ -53,6 +55,10 @@ class Run {
       (void)watch.lap_ms();  // waiting for room belongs to no stage
     }
     pipeline->wait_for_all();
+    if (sinks_.live != nullptr) {
+      sinks_.live->settle();
+      for (const std::string& warning : source_.warnings()) sinks_.live->tell(warning);
+    }
     if (sinks_.window != nullptr) (void)sinks_.window->update();
     summary_.interrupted = InterruptGuard::requested();
     summary_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
@@ -72,7 +78,8 @@ class Run {
     if (sinks_.report != nullptr) sinks_.report->add_times(times);
   }
 
-  void process(const graph::FrameTask& frame) {
+  void process(const FramePtr& task) {
+    const graph::FrameTask& frame = *task;
     std::vector<StageTime> times = frame.estimate.times;
     const double milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - frame.entered).count();
     times.push_back({"in the pipeline", milliseconds});
@@ -84,6 +91,7 @@ class Run {
     times.push_back({"write", watch.lap_ms()});
     if (!frame.failure) write_pictures(frame, &watch, &times);
     add_times(times);
+    if (sinks_.live != nullptr) sinks_.live->offer(task);
     count(frame.estimate);
     sinks_.progress->update(++summary_.frames);
   }
@@ -95,6 +103,7 @@ class Run {
       throw Error(frame.failure->kind(), fmt::format("{}: {}", frame.name, frame.failure->what()));
     }
     sinks_.progress->message(frame.failure->what());
+    if (sinks_.live != nullptr) sinks_.live->tell(frame.failure->what());
     ++summary_.unreadable;
   }
 

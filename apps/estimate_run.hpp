@@ -15,6 +15,7 @@
 #include <span>
 #include <vector>
 
+#include "live/live_state.hpp"
 #include "overlay_window.hpp"
 #include "picture_files.hpp"
 #include "progress.hpp"
@@ -42,6 +43,8 @@ struct RunSinks {
   PictureFolder* debug = nullptr;
   StageTable* timing = nullptr;
   ReportRecorder* report = nullptr;
+  LiveState* live = nullptr;
+  AskCluster cluster;            ///< for the live page; may be empty
   Progress* progress = nullptr;  ///< always given
 };
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "help_text.hpp"
 #include "output.hpp"
 
 namespace cylpose::apps {
@@ -50,17 +51,21 @@ void evaluate_files(const Arguments& arguments) {
 
 void add_evaluate_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("evaluate", "Compare poses with the truth: found rate, errors, wrong poses.");
+  set_examples(*command, {"cylpose evaluate truth.csv poses.csv",
+                          "cylpose evaluate truth.csv poses.csv --json result.json --report report.html"});
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("truth", arguments->truth, "Truth: CSV with the columns frame,cx,cy,cz,ax,ay,az[,part]")
+  command
+      ->add_option("TRUTH", arguments->truth,
+                   "CSV with the columns frame,cx,cy,cz,ax,ay,az[,part]; metres, in the frame of the poses")
       ->required()
       ->type_name("TRUTH.csv");
-  command->add_option("poses", arguments->poses, "Poses: CSV or JSON lines, as `cylpose estimate` writes them")
+  command->add_option("POSES", arguments->poses, "CSV or JSON lines, as `cylpose estimate` writes them")
       ->required()
       ->type_name("POSES.csv");
   command->add_option("--json", arguments->json, "Also write the result as JSON; - writes it, and no table, to stdout")
       ->type_name("FILE|-");
   command->add_option("--report", arguments->report, "Also write a page with tables and plots")->type_name("FILE.html");
-  command->add_option("--part", arguments->options.part, "Compare this part only")->type_name("NAME");
+  command->add_option("--part", arguments->options.part, "Compare this part only (default: all)")->type_name("NAME");
   command->callback([arguments] { evaluate_files(*arguments); });
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "cluster_commands.hpp"
+#include "help_text.hpp"
 #include "output.hpp"
 
 namespace cylpose::apps {
@@ -32,8 +33,9 @@ void keep_secret(const std::string& path, const std::string& seed) {
 
 void add_key_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("key", "Make an NKey for a NATS server; prints the public key.");
+  set_examples(*command, {"cylpose key worker1.nk"});
   const auto path = std::make_shared<std::string>();
-  command->add_option("FILE", *path, "Where the secret goes (--creds)")->required()->type_name("");
+  command->add_option("FILE", *path, "New file for the secret, to be given as --creds")->required()->type_name("FILE");
   command->callback([path] {
     const cluster::NKey key = cluster::make_nkey();
     keep_secret(*path, key.seed);

@@ -3,8 +3,10 @@
 #include <cylpose/error.hpp>
 #include <cylpose/version.hpp>
 #include <exception>
+#include <memory>
 
 #include "commands.hpp"
+#include "help_text.hpp"
 
 namespace {
 
@@ -27,13 +29,16 @@ int run(int argc, char** argv) {
   app.name("cylpose");
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("cylpose ") + kVersion);
-  app.footer("Exit codes: 0 success, 2 usage or input, 3 output, 4 device, 130 interrupted, 1 anything else.");
+  // Subcommands inherit both.
+  app.formatter(std::make_shared<apps::HelpFormatter>());
+  app.footer(apps::exit_codes_line());
   apps::add_estimate_command(app);
   apps::add_evaluate_command(app);
   apps::add_synth_command(app);
   apps::add_tune_command(app);
   apps::add_devices_command(app);
   apps::add_cluster_commands(app);
+  apps::add_reference_command(app);
 
   try {
     app.parse(argc, argv);

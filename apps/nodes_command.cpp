@@ -6,6 +6,7 @@
 
 #include "cluster_commands.hpp"
 #include "cluster_options.hpp"
+#include "help_text.hpp"
 #include "output.hpp"
 
 namespace cylpose::apps {
@@ -30,6 +31,7 @@ std::string list_of_nodes(const ClusterArguments& arguments) {
 
 void add_nodes_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("nodes", "List the workers that a NATS server knows.");
+  set_examples(*command, {"cylpose nodes --server nats://HOST:4222"});
   const auto arguments = std::make_shared<ClusterArguments>();
   add_connection_options(*command, *arguments);
   command->callback([arguments] { write_stdout(list_of_nodes(*arguments)); });

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "help_text.hpp"
 #include "interrupt.hpp"
 #include "output.hpp"
 #include "progress.hpp"
@@ -78,19 +79,23 @@ void synthesize(const SynthArguments& arguments) {
 
 void add_synth_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("synth", "Render a synthetic sequence with exact truth.");
+  set_examples(*command, {"cylpose synth --list", "cylpose synth manipulator --output scene --frames 20"});
   const auto arguments = std::make_shared<SynthArguments>();
   CLI::Option* list = command->add_flag("--list", arguments->list, "Print the scenarios and leave");
-  CLI::Option* name = command->add_option("SCENARIO", arguments->scenario, "Name of the scenario (--list shows them)")
-                          ->type_name("NAME");
+  CLI::Option* name =
+      command->add_option("SCENARIO", arguments->scenario, "Name of the scenario (--list shows them)")->type_name("");
   CLI::Option* output = command
                             ->add_option("-o,--output", arguments->output,
                                          "Folder for frame_0000.png ..., truth.csv, camera.yaml, parts.yaml")
                             ->type_name("DIR");
   command
-      ->add_option("--frames", arguments->frames, "Number of frames; the motion stays the same, only its steps change")
+      ->add_option("--frames", arguments->frames,
+                   "Number of frames (default: the scenario's); the motion stays the same, only its steps change")
       ->type_name("N");
-  command->add_option("--noise", arguments->noise, "Sigma of the noise in code values 0..255")->type_name("SIGMA");
-  command->add_option("--blur", arguments->blur, "Sigma of the blur in pixels")->type_name("SIGMA");
+  command->add_option("--noise", arguments->noise, "Sigma of the noise in code values 0..255 (default: the scenario's)")
+      ->type_name("SIGMA");
+  command->add_option("--blur", arguments->blur, "Sigma of the blur in pixels (default: the scenario's)")
+      ->type_name("SIGMA");
   command->add_option("--seed", arguments->seed, fmt::format("Seed of the noise (default: {})", arguments->seed))
       ->type_name("N");
   command->add_flag("--video", arguments->video,

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "help_text.hpp"
 
 namespace cylpose::apps {
 namespace {
@@ -84,24 +85,28 @@ void tune(const TuneArguments& arguments) {
 }  // namespace
 
 void add_tune_command(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("tune", "Suggest a part's hue range and floors from a sample of it.");
-  command->footer(
-      "Prints a parts file. Example: cylpose tune photo.png --rect 600,200,40,120 --name candle --radius-m 0.0395 "
-      "--height-m 0.27 --output mask.png > parts.yaml");
+  CLI::App* command =
+      app.add_subcommand("tune", "Suggest a part's hue range and floors from a sample of it; prints a parts file.");
+  set_examples(*command, {"cylpose tune photo.png --rect 660,300,40,80 --name link --radius-m 0.05 --height-m 0.4 "
+                          "--output mask.png > parts.yaml"});
   const auto arguments = std::make_shared<TuneArguments>();
   command->add_option("IMAGE", arguments->image, "Image that shows the part")->required()->type_name("FILE");
-  command->add_option("--rect", arguments->rect, "Sample on the part: x,y,width,height in pixels")
+  command->add_option("--rect", arguments->rect, "Sample on the part: left, top, width, height in pixels")
       ->delimiter(',')
       ->expected(4)
       ->required()
       ->type_name("X,Y,W,H");
   command->add_option("--name", arguments->name, fmt::format("Name of the part (default: {})", arguments->name))
       ->type_name("NAME");
-  command->add_option("--radius-m", arguments->radius_m, "Its radius in metres")
-      ->check(CLI::Range(1e-4, 1e3))
+  command
+      ->add_option("--radius-m", arguments->radius_m,
+                   "Its radius in metres, 0.0001 to 1000 (default: 0, to be filled in)")
+      ->check(CLI::Range(1e-4, 1e3).description(""))
       ->type_name("METRES");
-  command->add_option("--height-m", arguments->height_m, "Its height in metres")
-      ->check(CLI::Range(1e-4, 1e3))
+  command
+      ->add_option("--height-m", arguments->height_m,
+                   "Its height in metres, 0.0001 to 1000 (default: 0, to be filled in)")
+      ->check(CLI::Range(1e-4, 1e3).description(""))
       ->type_name("METRES");
   command
       ->add_option("-o,--output", arguments->output,

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstdlib>
 #include <cylpose/cluster/archive.hpp>
@@ -7,10 +8,12 @@
 #include <cylpose/opencl_devices.hpp>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "cluster_commands.hpp"
 #include "cluster_options.hpp"
 #include "commands.hpp"
+#include "help_text.hpp"
 #include "interrupt.hpp"
 
 namespace cylpose::apps {
@@ -37,6 +40,15 @@ std::unique_ptr<Backend> backend_for(const Arguments& arguments, std::string& de
   return backend;
 }
 
+// All but the one that gives work to workers.
+std::vector<std::string> local_backends() {
+  std::vector<std::string> names;
+  for (const BackendInfo& backend : backends()) {
+    if (backend.name != "cluster") names.emplace_back(backend.name);
+  }
+  return names;
+}
+
 void work(const Arguments& arguments) {
   const InterruptGuard interrupt;
   cluster::WorkerOptions options;
@@ -59,12 +71,17 @@ void work(const Arguments& arguments) {
 }  // namespace
 
 void add_worker_command(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("worker", "Work for `estimate --backend cluster` on other machines.");
+  CLI::App* command = app.add_subcommand(
+      "worker", "Work for `cylpose estimate --backend cluster` on other machines, until it is ended.");
+  set_examples(*command, {"cylpose worker --server nats://HOST:4222 --name worker1",
+                          "cylpose worker --server nats://HOST:4222 --jobs"});
   const auto arguments = std::make_shared<Arguments>();
   add_connection_options(*command, arguments->connection);
-  command->add_option("--name", arguments->name, "Name in lists and subjects (default: worker)")->type_name("NAME");
-  command->add_option("--backend", arguments->backend, "Who does the work (default: opencl)")->type_name("NAME");
-  command->add_option("--device", arguments->device, "OpenCL devices, as for estimate")->type_name("DEVICE");
+  command->add_option("--name", arguments->name, "Name in lists and in the server's permissions (default: worker)")
+      ->type_name("NAME");
+  command->add_option("--backend", arguments->backend, "Who does the work (default: opencl)")
+      ->type_name(fmt::format("{}", fmt::join(local_backends(), "|")));
+  command->add_option("--device", arguments->device, "OpenCL devices, as for `cylpose estimate`")->type_name("DEVICE");
   command
       ->add_option("--hang", arguments->hang_ms,
                    fmt::format("End when a tile or frame takes the device so many milliseconds (default: {})",

@@ -43,6 +43,9 @@ void register_wanted(const NameFilter& filter) {
   bench::register_backend_benchmarks(add);
   bench::register_start_benchmarks(add);
   bench::register_pipeline_benchmarks(add);
+#ifdef CYLPOSE_BENCH_LIVE
+  bench::register_live_benchmarks(add);
+#endif
   bench::register_bandwidth_benchmarks(add);
 }
 
@@ -58,6 +61,9 @@ bool succeeds(bool to_file) {
 int main(int argc, char** argv) {
   constexpr std::string_view kFirstResult = "--first-result=";
   try {
+#ifdef CYLPOSE_BENCH_CLUSTER
+    bench::register_cluster_backend();
+#endif
     if (argc == 2 && std::string_view(argv[1]).starts_with(kFirstResult)) {
       bench::print_first_result_time(std::string(argv[1]).substr(kFirstResult.size()));
       return 0;

@@ -1,52 +1,19 @@
 // A recording in memory through the pipeline, beside the same frames one at a time.
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cylpose/estimator.hpp>
 #include <cylpose/graph/pipeline.hpp>
-#include <cylpose/image_cv.hpp>
 #include <exception>
 #include <string>
 #include <thread>
 
+#include "batches.hpp"
 #include "benchmarks.hpp"
-#include "scenes.hpp"
 
 namespace cylpose::bench {
 namespace {
 
 using graph::Clock;
-using graph::InputFrame;
 using graph::Pipeline;
-
-// Frames between two waits for the pipeline to empty: its first and last frames keep fewer cores busy.
-constexpr int kBatch = 100;
-
-// To and fro, so that it has no jump and no end.
-InputFrame frame_of(const Recording& recording, int index) {
-  const int last = static_cast<int>(recording.pictures.size()) - 1;
-  const int place = index % (2 * last);
-  const cv::Mat& picture = recording.pictures[static_cast<std::size_t>(place <= last ? place : 2 * last - place)];
-  return {index, index / 30.0, "", graph::shared(picture), {}};
-}
-
-double processor_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
-// Time and processor time of a frame, whatever the batch.
-template <typename Batch>
-void time_batches(benchmark::State& state, Batch batch) {
-  batch();
-  const double processor = processor_seconds();
-  while (state.KeepRunningBatch(kBatch)) batch();
-  state.counters["processor_ms"] = 1e3 * (processor_seconds() - processor) / static_cast<double>(state.iterations());
-}
 
 std::uint64_t found_in(const std::vector<PoseEstimate>& parts) {
   return static_cast<std::uint64_t>(

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "comparison.hpp"
+#include "page.hpp"
 #include "results.hpp"
 #include "stage_picture.hpp"
 #include "table.hpp"
@@ -29,6 +30,7 @@ struct RunArguments {
   fs::path run;
   fs::path table;
   fs::path picture;
+  fs::path report;
 };
 
 struct CompareArguments {
@@ -49,6 +51,7 @@ void report(const RunArguments& arguments) {
   if (!cv::imwrite(arguments.picture.string(), bench::stage_picture(run))) {
     throw Error(ErrorKind::kOutput, "cannot write " + arguments.picture.string());
   }
+  if (!arguments.report.empty()) write_text(arguments.report, bench::page_of(run));
   fmt::print("{}", table);
 }
 
@@ -79,6 +82,7 @@ int run(int argc, char** argv) {
   run_command->add_option("RUN", one.run, "JSON of cylpose_bench")->required();
   run_command->add_option("--table", one.table, "text file to write")->required();
   run_command->add_option("--picture", one.picture, "picture to write")->required();
+  run_command->add_option("--report", one.report, "HTML page to write");
 
   CompareArguments both;
   CLI::App* compare_command = app.add_subcommand("compare", "Two revisions; fails where the new one is surely slower.");

@@ -10,7 +10,7 @@
 #include <optional>
 #include <string>
 
-#include "case_grid.hpp"
+#include "figures.hpp"
 
 namespace cylpose::bench {
 namespace {
@@ -49,21 +49,6 @@ constexpr std::array<Color, 12> kPalette{{{178, 114, 0},
 
 cv::Scalar scalar(const Color& color) {
   return {static_cast<double>(color.blue), static_cast<double>(color.green), static_cast<double>(color.red)};
-}
-
-std::vector<std::string> stage_names(const std::vector<CaseGrid>& grids) {
-  std::vector<std::string> names;
-  for (const CaseGrid& grid : grids) {
-    for (const CaseRow& row : grid.rows) {
-      for (const Measured* cell : row.by_backend) {
-        if (cell == nullptr) continue;
-        for (const Stage& stage : stages_of(*cell)) {
-          if (std::ranges::find(names, stage.name) == names.end()) names.push_back(stage.name);
-        }
-      }
-    }
-  }
-  return names;
 }
 
 class Chart {

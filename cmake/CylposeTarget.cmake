@@ -1,4 +1,4 @@
-# What every target of ours has in common: the warnings, and ccache where it is installed.
+# What targets of ours have in common: the warnings, ccache where it is installed, and files that become part of them.
 
 find_program(CYLPOSE_CCACHE ccache)
 if(CYLPOSE_CCACHE AND PROJECT_IS_TOP_LEVEL AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
@@ -12,4 +12,20 @@ function(cylpose_warnings target)
   if(CYLPOSE_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
+endfunction()
+
+# Makes FILES (function=path) part of a target as C++ functions that return their bytes; HEADER declares them in
+# NAMESPACE.
+function(cylpose_embed target)
+  cmake_parse_arguments(PARSE_ARGV 1 embed "" "NAMESPACE;HEADER" "FILES")
+  set(source "${CMAKE_CURRENT_BINARY_DIR}/${target}_files.cpp")
+  set(script "${PROJECT_SOURCE_DIR}/cmake/embed_files.cmake")
+  list(TRANSFORM embed_FILES REPLACE "^[^=]+=" "" OUTPUT_VARIABLE paths)
+  add_custom_command(OUTPUT "${source}"
+    COMMAND "${CMAKE_COMMAND}" "-DOUTPUT=${source}" "-DNAMESPACE=${embed_NAMESPACE}" "-DHEADER=${embed_HEADER}"
+            "-DFILES=${embed_FILES}" -P "${script}"
+    DEPENDS ${paths} "${script}"
+    COMMENT "Embedding files into ${target}"
+    VERBATIM)
+  target_sources(${target} PRIVATE "${source}")
 endfunction()

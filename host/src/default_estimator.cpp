@@ -32,6 +32,8 @@ class DefaultEstimator final : public Estimator {
     return result;
   }
 
+  void reset() override { region_ = SearchRegion(solver_.camera()); }
+
  private:
   FrameEstimate estimate_in(const ImageView& image, const Roi& search, StageTrace* trace) {
     detect_options_.with_mask = trace != nullptr;

@@ -38,6 +38,7 @@ class Faulty final : public Estimator {
     }
     return frame;
   }
+  void reset() override { honest_->reset(); }
 
  private:
   std::unique_ptr<Estimator> honest_;

@@ -7,6 +7,7 @@
 
 #include "bench_files.hpp"
 #include "case_grid.hpp"
+#include "page.hpp"
 #include "stage_picture.hpp"
 #include "table.hpp"
 
@@ -67,6 +68,17 @@ TEST(Report, WithoutTheYardstickThereAreNoRatios) {
   const std::string table = table_of(testing::loaded({{"detect/serial/full/640x400", {6000}}}));
   EXPECT_THAT(table, HasSubstr("6.000"));
   EXPECT_THAT(table, Not(HasSubstr("/opencl")));
+}
+
+TEST(Report, PageHasTheTablesNumbersAndHarmlessTexts) {
+  BenchRun run = small_run();
+  run.context["processor"] = "<script>alert(1)</script>";
+  const std::string page = page_of(run);
+  EXPECT_THAT(page,
+              HasSubstr("<th scope=\"row\">full 640x400</th><td>6.000</td><td>2.000</td><td>0.0300</td><td>3.0</td>"));
+  EXPECT_THAT(page, HasSubstr("<th scope=\"row\">full 1280x720</th><td>9.000</td><td>-</td><td>-</td><td>-</td>"));
+  EXPECT_THAT(page, HasSubstr("<th scope=\"row\">overhead/opencl</th><td>0.0800</td>"));
+  EXPECT_THAT(page, Not(HasSubstr("<script>alert")));
 }
 
 TEST(Report, PictureShowsStagesInTheShareOfTheirTime) {

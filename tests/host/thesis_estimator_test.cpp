@@ -258,6 +258,9 @@ TEST(ThesisEstimator, SearchRegionIsTheLastBoxEnlargedByAFourth) {
   EXPECT_EQ(estimator->estimate(view_of(background(camera()))).searched, (Roi{0, 0, 640, 480}));
   EXPECT_EQ(estimator->estimate(view_of(image)).searched, (Roi{0, 0, 640, 480}));
   EXPECT_EQ(estimator->estimate(view_of(image)).searched, second.searched);
+  // Another stream knows nothing of this one.
+  estimator->reset();
+  EXPECT_EQ(estimator->estimate(view_of(image)).searched, first.searched);
 }
 
 TEST(ThesisEstimator, JumpOutOfTheSearchRegionCostsNoFrame) {

@@ -97,10 +97,10 @@ class Chromium:
     def prefer(self, scheme):
         self.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
 
-    def open(self, path):
-        """Loads a file and waits until it is loaded."""
+    def open(self, place):
+        """Loads a file or URL and waits until it is loaded."""
         self.events.clear()
-        self.call("Page.navigate", url="file://" + os.path.abspath(path))
+        self.call("Page.navigate", url=place if "://" in place else "file://" + os.path.abspath(place))
         while not any(event.get("method") == "Page.loadEventFired" for event in self.events):
             self.events.append(self._receive())
 

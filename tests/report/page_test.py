@@ -15,6 +15,7 @@ import tempfile
 import unittest
 
 from chromium import Chromium
+from page_checks import FAINT_TEXTS, OVERFLOWING, OVERLAPPING, complaints, requests, tidied
 
 COMMAND, CHROMIUM, TIDY = sys.argv[1:4]
 WIDTHS = (360, 1280, 1920)
@@ -25,25 +26,6 @@ ALL_DRAWN = """new Promise((done) => {
   const look = () => document.documentElement.dataset.drawn ? done(performance.now()) : setTimeout(look, 5);
   look();
 })"""
-
-# Elements that stick out of the window, other than inside of what scrolls by itself.
-OVERFLOWING = """[...document.querySelectorAll("body *")].filter((e) => !e.closest(".scroll *, script, style, .plot *") &&
-    e.checkVisibility() && (e.getBoundingClientRect().right > innerWidth + 0.5 ||
-    e.getBoundingClientRect().left < -0.5)).map((e) => e.outerHTML.slice(0, 80))"""
-
-# Pairs of blocks of text, plots and pictures that cover each other.
-OVERLAPPING = """(() => {
-  const boxes = [...document.querySelectorAll("h1, h2, h3, p, .facts, .scroll, .plot, figcaption, img[alt^=Overlay], button")]
-      .filter((e) => e.checkVisibility()).map((e) => [e, e.getBoundingClientRect()]);
-  const pairs = [];
-  boxes.forEach(([a, r], i) => boxes.slice(i + 1).forEach(([b, s]) => {
-    if (a.contains(b) || b.contains(a)) return;
-    const x = Math.min(r.right, s.right) - Math.max(r.left, s.left);
-    const y = Math.min(r.bottom, s.bottom) - Math.max(r.top, s.top);
-    if (x > 1 && y > 1) pairs.push(a.outerHTML.slice(0, 60) + " / " + b.outerHTML.slice(0, 60));
-  }));
-  return pairs;
-})()"""
 
 # Per axis of a plot: labels that run into each other.
 COLLIDING_TICKS = """[...document.querySelectorAll(".plot")].flatMap((plot) =>
@@ -56,40 +38,6 @@ COLLIDING_TICKS = """[...document.querySelectorAll(".plot")].flatMap((plot) =>
     return labels.flatMap((r, i) => labels.slice(i + 1).filter((s) => Math.min(r.right, s.right) > Math.max(r.left, s.left) &&
         Math.min(r.bottom, s.bottom) > Math.max(r.top, s.top) + 2).map(() => plot.getAttribute("aria-label")));
   }))"""
-
-# Texts whose contrast with what is behind them is below the 4.5 of WCAG AA.
-FAINT_TEXTS = """(() => {
-  const canvas = document.createElement("canvas").getContext("2d", {willReadFrequently: true});
-  const rgb = (color) => {
-    canvas.clearRect(0, 0, 1, 1);
-    canvas.fillStyle = color;
-    canvas.fillRect(0, 0, 1, 1);
-    return canvas.getImageData(0, 0, 1, 1).data;
-  };
-  const luminance = (color) => {
-    const [r, g, b] = [...rgb(color)].map((c) => c / 255).map((c) => c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
-    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-  };
-  const behind = (e) => {
-    for (; e; e = e.parentElement) {
-      const color = getComputedStyle(e).backgroundColor;
-      if (rgb(color)[3] > 0) return color;
-    }
-    return "white";
-  };
-  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-  const faint = [];
-  let looked = 0;
-  for (let node; (node = walker.nextNode());) {
-    const e = node.parentElement;
-    if (!node.data.trim() || e.closest("script, style, noscript") || !e.checkVisibility()) continue;
-    ++looked;
-    const [a, b] = [luminance(getComputedStyle(e).color), luminance(behind(e))];
-    const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
-    if (contrast < 4.5) faint.push(node.data.trim().slice(0, 40) + " " + contrast.toFixed(2));
-  }
-  return {looked, faint};
-})()"""
 
 # Per plot: how many pixels of its canvases or, in print, images are neither empty nor grey like axes and grids.
 INKED = """(async () => Promise.all([...document.querySelectorAll(".plot")].map(async (plot) => {
@@ -174,13 +122,8 @@ class PageTest(unittest.TestCase):
 
     def assert_quiet(self, page):
         """No error, no message, no request but for the page itself."""
-        complaints = [e for e in self.browser.events
-                      if e.get("method") in ("Runtime.exceptionThrown", "Runtime.consoleAPICalled", "Log.entryAdded")]
-        self.assertEqual(complaints, [])
-        requested = [e["params"]["request"]["url"] for e in self.browser.events
-                     if e.get("method") == "Network.requestWillBeSent"]
-        outside = [url[:80] for url in requested if not url.startswith("data:")]
-        self.assertEqual(outside, ["file://" + page])
+        self.assertEqual(complaints(self.browser), [])
+        self.assertEqual(requests(self.browser), ["file://" + page])
 
     def assert_drawn(self):
         inked = self.browser.evaluate(INKED)
@@ -215,8 +158,7 @@ class PageTest(unittest.TestCase):
 
     def test_is_valid_html(self):
         for page in (self.compared, self.estimated):
-            checked = subprocess.run([TIDY, "-errors", "-quiet", page], capture_output=True, text=True, check=False)
-            self.assertEqual((checked.returncode, checked.stderr), (0, ""))
+            self.assertEqual(tidied(TIDY, page), "")
 
     def test_its_numbers_are_those_of_the_csv(self):
         with open(self.compared, encoding="utf-8") as file:

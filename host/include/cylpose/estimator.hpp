@@ -38,6 +38,9 @@ class Estimator {
   /// The pose of every part in the next frame of the stream. A part that is not found has the status kNone and a
   /// reason. Fills `trace` where one is given. Throws Error(kInput) for an image of another size than the calibration.
   [[nodiscard]] virtual FrameEstimate estimate(const ImageView& image, StageTrace* trace = nullptr) = 0;
+
+  /// Forgets where the parts were: the next frame belongs to another stream and is searched as a whole.
+  virtual void reset() = 0;
 };
 
 /// Throws Error(kInput) that names both sizes unless the image has the size of the calibration.

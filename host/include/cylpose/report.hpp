@@ -2,18 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <cylpose/html_page.hpp>
 #include <cylpose/pose_io.hpp>
 #include <cylpose/stage_table.hpp>
 #include <string>
 #include <vector>
 
 namespace cylpose {
-
-/// What was run, and on what; shown at the head of the page.
-struct ReportFact {
-  std::string label;
-  std::string value;
-};
 
 struct ReportPicture {
   std::string caption;

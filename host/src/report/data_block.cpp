@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cylpose/html_page.hpp>
 #include <cylpose/version.hpp>
 #include <functional>
 #include <map>
@@ -146,12 +147,6 @@ Json times_json(const Report& report, const RunSeries& run, const std::vector<st
   });
 }
 
-void replace_all(std::string* text, const std::string& from, const std::string& to) {
-  for (std::size_t at = 0; (at = text->find(from, at)) != std::string::npos; at += to.size()) {
-    text->replace(at, from.size(), to);
-  }
-}
-
 }  // namespace
 
 std::string data_block(const Report& report, const RunSeries& run) {
@@ -166,13 +161,7 @@ std::string data_block(const Report& report, const RunSeries& run) {
   if (!report.frame_times.empty()) json["frame_ms"] = times_json(report, run, plotted);
   json["parts"] = Json::array();
   for (const PartSeries& part : run.parts) json["parts"].push_back(part_json(part, plotted, has_truth));
-  std::string text = json.dump(-1, ' ', true, Json::error_handler_t::replace);
-  replace_all(&text, "<", "\\u003c");  // "</script>" and "<!--" end or change a script element
-  return text;
-}
-
-std::string valid_utf8(const std::string& text) {
-  return Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace)).get<std::string>();
+  return html_data_block(json.dump(-1, ' ', true, Json::error_handler_t::replace));
 }
 
 }  // namespace cylpose

@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cylpose/html_page.hpp>
 #include <map>
 #include <utility>
-
-#include "data_block.hpp"
 
 namespace cylpose {
 namespace {
@@ -65,14 +64,6 @@ std::string statistics_row(const std::string& label, const std::optional<Statist
   return row + "</tr>\n";
 }
 
-/// `head` and `body` are rows. The frame scrolls where the table is wider than the screen, also by keyboard.
-std::string table(const std::string& caption, const std::string& head, const std::string& body) {
-  return fmt::format(
-      "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{0}\">\n<table>\n<caption>{0}</caption>\n"
-      "<thead>\n{1}</thead>\n<tbody>\n{2}</tbody>\n</table>\n</div>\n",
-      caption, head, body);
-}
-
 /// How many errors lie within two stated standard deviations; 95 % should.
 std::string honesty(const PartSeries& part) {
   std::size_t compared = 0;
@@ -102,12 +93,14 @@ std::string reasons(const PartSeries& part) {
   constexpr std::size_t kMost = 8;
   std::string body;
   for (std::size_t i = 0; i < std::min(sorted.size(), kMost); ++i) {
-    body += fmt::format("<tr><td class=\"text\">{}</td><td>{}</td></tr>\n", escaped(sorted[i].first), sorted[i].second);
+    body += fmt::format("<tr><td class=\"text\">{}</td><td>{}</td></tr>\n", html_escaped(sorted[i].first),
+                        sorted[i].second);
   }
   if (sorted.size() > kMost) {
     body += fmt::format("<tr><td class=\"text\">{} more reasons</td><td></td></tr>\n", sorted.size() - kMost);
   }
-  return table("Why no pose was given", "<tr><th scope=\"col\">Reason</th><th scope=\"col\">Frames</th></tr>\n", body);
+  return html_table("Why no pose was given", "<tr><th scope=\"col\">Reason</th><th scope=\"col\">Frames</th></tr>\n",
+                    body);
 }
 
 std::string base64(const std::vector<std::uint8_t>& bytes) {
@@ -124,40 +117,10 @@ std::string base64(const std::vector<std::uint8_t>& bytes) {
 
 }  // namespace
 
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : valid_utf8(text)) {
-    const auto code = static_cast<unsigned char>(c);
-    if (c == '&') {
-      result += "&amp;";
-    } else if (c == '<') {
-      result += "&lt;";
-    } else if (c == '>') {
-      result += "&gt;";
-    } else if (c == '"') {
-      result += "&quot;";
-    } else if (code < 0x20 || code == 0x7F) {
-      result += "\xEF\xBF\xBD";
-    } else {
-      result += c;
-    }
-  }
-  return result;
-}
-
-std::string facts_html(const std::vector<ReportFact>& facts) {
-  if (facts.empty()) return {};
-  std::string html = "<ul class=\"facts\">\n";
-  for (const ReportFact& fact : facts) {
-    html += fmt::format("<li><span>{}:</span> {}</li>\n", escaped(fact.label), escaped(fact.value));
-  }
-  return html + "</ul>\n";
-}
-
 std::string summary_html(const RunSeries& run) {
   if (run.parts.empty()) return "<p>The run has no frames.</p>\n";
   std::string head = "<tr><td></td>";
-  for (const PartSeries& part : run.parts) head += fmt::format("<th scope=\"col\">{}</th>", escaped(part.name));
+  for (const PartSeries& part : run.parts) head += fmt::format("<th scope=\"col\">{}</th>", html_escaped(part.name));
   head += "</tr>\n";
   std::string body;
   const auto row = [&](const char* label, const auto& cell) {
@@ -191,7 +154,7 @@ std::string summary_html(const RunSeries& run) {
       return of_evaluation(part, [&](const Evaluation& e) { return fmt::format("{}", e.wrong); });
     });
   }
-  std::string html = table("Frames, residuals and errors of each part", head, body);
+  std::string html = html_table("Frames, residuals and errors of each part", head, body);
   if (run.not_finite > 0) {
     html += fmt::format("<p class=\"warning\">{} poses hold numbers that are not finite; they count as none.</p>\n",
                         run.not_finite);
@@ -223,7 +186,7 @@ std::string part_html(const PartSeries& part) {
   const std::string head =
       "<tr><td></td><th scope=\"col\">median</th><th scope=\"col\">mean</th><th scope=\"col\">p95</th>"
       "<th scope=\"col\">max</th></tr>\n";
-  return table("Errors, residuals and stated uncertainty of the found poses", head, body) + honesty(part) +
+  return html_table("Errors, residuals and stated uncertainty of the found poses", head, body) + honesty(part) +
          reasons(part);
 }
 
@@ -237,19 +200,19 @@ std::string stages_html(const std::vector<StageSummary>& stages) {
     body += fmt::format(
         "<tr><th scope=\"row\">{}</th><td>{:.3f}</td><td>{:.3f}</td><td>{:.3f}</td><td>{}</td>"
         "<td class=\"bar\" aria-hidden=\"true\"><div style=\"width:{:.1f}%\"></div></td></tr>\n",
-        escaped(stage.stage), stage.milliseconds.median, stage.milliseconds.mean, stage.milliseconds.p95, stage.frames,
-        width);
+        html_escaped(stage.stage), stage.milliseconds.median, stage.milliseconds.mean, stage.milliseconds.p95,
+        stage.frames, width);
   }
-  return table("Milliseconds per frame",
-               "<tr><th scope=\"col\">Stage</th><th scope=\"col\">median</th><th scope=\"col\">mean</th>"
-               "<th scope=\"col\">p95</th><th scope=\"col\">frames</th><td></td></tr>\n",
-               body);
+  return html_table("Milliseconds per frame",
+                    "<tr><th scope=\"col\">Stage</th><th scope=\"col\">median</th><th scope=\"col\">mean</th>"
+                    "<th scope=\"col\">p95</th><th scope=\"col\">frames</th><td></td></tr>\n",
+                    body);
 }
 
 std::string pictures_html(const std::vector<ReportPicture>& pictures) {
   std::string html;
   for (const ReportPicture& picture : pictures) {
-    const std::string caption = escaped(picture.caption);
+    const std::string caption = html_escaped(picture.caption);
     html += fmt::format(
         "<figure>\n<img src=\"data:image/jpeg;base64,{}\" width=\"{}\" height=\"{}\" alt=\"Overlay: {}\">\n"
         "<figcaption>{}</figcaption>\n</figure>\n",

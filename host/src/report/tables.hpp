@@ -7,10 +7,6 @@
 
 namespace cylpose {
 
-/// Text for HTML, as content and inside quoted attributes. Control characters become U+FFFD.
-[[nodiscard]] std::string escaped(const std::string& text);
-
-[[nodiscard]] std::string facts_html(const std::vector<ReportFact>& facts);
 /// Found, predicted, none, errors: one column per part.
 [[nodiscard]] std::string summary_html(const RunSeries& run);
 /// Errors, residuals and stated uncertainty of one part, and why it was not found.

@@ -95,6 +95,8 @@ class ThesisEstimator final : public Estimator {
     return frame;
   }
 
+  void reset() override { last_boxes_.assign(parts_.size(), {}); }
+
  private:
   [[nodiscard]] PoseEstimate estimate_part(const ImageView& image, const Roi& search, const PartModel& part,
                                            StageClock* clock, RegionStatistics* region, PartTrace* trace) const {
