@@ -287,10 +287,10 @@ void rate(const std::string& url, std::size_t nodes, Results& results) {
   if (wrong) throw Error(ErrorKind::kDevice, "not the serial answer");
 }
 
-// Frames at the pace of a camera, so that what happens meanwhile is spread over all of them.
+// Frames at the pace of a quick camera, so that what happens meanwhile is spread over all of them.
 void soak(const std::string& url, int count) {
   constexpr milliseconds kDeadline{50};
-  constexpr std::chrono::microseconds kPeriod{1'000'000 / 150};
+  constexpr std::chrono::microseconds kPeriod{1'000'000 / 300};
   const auto remote = coordinator(url, false, kDeadline);
   wait_for_nodes(*remote, 1);
   const auto serial = make_backend("serial");
