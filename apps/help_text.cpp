@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <sstream>
+#include <utility>
 
 #include "commands.hpp"
 
@@ -80,8 +81,8 @@ HelpFormatter::HelpFormatter() {
   column_width(kNameColumns);
 }
 
-std::string HelpFormatter::make_groups(const CLI::App* app, CLI::AppFormatMode mode) const {
-  return CLI::detail::find_and_replace(CLI::Formatter::make_groups(app, mode), "\n\n\n", "\n\n");
+std::string HelpFormatter::make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const {
+  return CLI::detail::find_and_replace(CLI::Formatter::make_help(app, std::move(name), mode), "\n\n\n", "\n\n");
 }
 
 std::string HelpFormatter::make_option_opts(const CLI::Option* option) const {

@@ -33,7 +33,7 @@ void set_examples(CLI::App& command, const std::vector<std::string>& lines);
 class HelpFormatter : public CLI::Formatter {
  public:
   HelpFormatter();
-  [[nodiscard]] std::string make_groups(const CLI::App* app, CLI::AppFormatMode mode) const override;
+  [[nodiscard]] std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override;
   [[nodiscard]] std::string make_option_opts(const CLI::Option* option) const override;
   [[nodiscard]] std::string make_option_desc(const CLI::Option* option) const override;
   [[nodiscard]] std::string make_subcommand(const CLI::App* command) const override;
