@@ -83,7 +83,10 @@ void add_archive_commands(CLI::App& app) {
   command->add_option("--fps", arguments->archive.fps, "Frames per second (default: 30)")->type_name("NUMBER");
   command->add_option("--job-frames", arguments->archive.frames_per_job, "Frames of a job (default: 16)")
       ->type_name("N");
-  command->add_option("INPUT", arguments->inputs, "Images, folders and patterns, by paths that workers can open")
+  command->add_flag("--upload", arguments->archive.upload, "Put the images into the server: workers need no files");
+  command
+      ->add_option("INPUT", arguments->inputs,
+                   "Images, folders and patterns; without --upload by paths that workers can open")
       ->required()
       ->type_name("...");
   command->callback([arguments] { submit(*arguments); });

@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 #include <cylpose/cluster/archive.hpp>
+#include <cylpose/cluster/hang_watch.hpp>
 #include <cylpose/cluster/worker.hpp>
 #include <cylpose/opencl_devices.hpp>
 #include <memory>
@@ -53,14 +54,13 @@ void work(const Arguments& arguments) {
   cluster::WorkerOptions options;
   options.connection = connection_options(arguments.connection);
   options.name = arguments.name;
-  options.hang_after = std::chrono::milliseconds(arguments.hang_ms);
   options.on_event = tell_user;
-  // A device that hangs holds its thread for ever: only a new process gets rid of it.
-  options.on_hang = [](const std::string& what) {
+  const auto end = [](const std::string& what) {
     tell_user(what + "; ending, to be started again");
     std::_Exit(kDeviceError);
   };
-  const std::unique_ptr<Backend> backend = backend_for(arguments, options.device);
+  const std::unique_ptr<Backend> backend =
+      cluster::watched(backend_for(arguments, options.device), std::chrono::milliseconds(arguments.hang_ms), end);
   if (arguments.jobs) {
     cluster::run_jobs(*backend, options.connection, InterruptGuard::requested, tell_user);
     return;
@@ -84,7 +84,8 @@ void add_worker_command(CLI::App& app) {
   command->add_option("--device", arguments->device, "OpenCL devices, as for `cylpose estimate`")->type_name("DEVICE");
   command
       ->add_option("--hang", arguments->hang_ms,
-                   fmt::format("End when a tile takes so many milliseconds (default: {})", arguments->hang_ms))
+                   fmt::format("End when a tile or frame takes the device so many milliseconds (default: {})",
+                               arguments->hang_ms))
       ->type_name("MS");
   command->add_flag("--jobs", arguments->jobs, "Work on recordings (`cylpose submit`) instead of live frames");
   command->callback([arguments] { work(*arguments); });

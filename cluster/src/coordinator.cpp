@@ -190,12 +190,21 @@ class Coordinator final : public ClusterBackend {
       work->pieces.push_back({{first, std::min(first + rows, task.search.height)}, 0, 0, {}, false, {}});
     }
     const auto deadline = task.start + options_.deadline;
-    while (Clock::now() < deadline && hand_out(task, work)) {
+    while (Clock::now() < deadline) {
+      desk_.wake_when_free(work);
+      if (!hand_out(task, work)) break;
       std::unique_lock lock(work->mutex);
       if (work->complete()) break;
-      // Nodes that come, and silent ones, are not announced by anything.
+      // Silent nodes are not announced by anything.
       constexpr std::chrono::milliseconds kLook{5};
-      work->changed.wait_until(lock, std::min(Clock::now() + kLook, deadline));
+      constexpr std::chrono::milliseconds kLeast{1};
+      const auto now = Clock::now();
+      auto wake = now + kLook;
+      for (const Piece& piece : work->pieces) {
+        if (!piece.done && piece.copies > 0) wake = std::min(wake, std::max(piece.due, now + kLeast));
+      }
+      work->changed.wait_until(lock, std::min(wake, deadline), [&] { return work->woken; });
+      work->woken = false;
     }
     const bool sent = std::ranges::any_of(work->pieces, [](const Piece& piece) { return piece.tries > 0; });
     const std::int64_t taken_back = finish(task, *work);
@@ -218,7 +227,7 @@ class Coordinator final : public ClusterBackend {
         const std::scoped_lock lock(work->mutex);
         const Piece& piece = work->pieces[i];
         second = piece.copies > 0;
-        hope = hope || piece.copies > 0 || (!piece.done && piece.tries < kMostTries);
+        hope = hope || (!piece.done && (piece.copies > 0 || piece.tries < kMostTries));
         if (piece.done || piece.tries >= kMostTries || piece.copies >= kMostCopies ||
             (piece.copies > 0 && now < piece.due))
           continue;

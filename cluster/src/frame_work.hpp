@@ -28,6 +28,15 @@ class FrameWork {
   std::mutex mutex;
   std::condition_variable changed;
   std::vector<Piece> pieces;  ///< from top to bottom
+  bool woken = false;         ///< something has happened: a piece, or room at a node
+
+  void wake() {
+    {
+      const std::scoped_lock lock(mutex);
+      woken = true;
+    }
+    changed.notify_all();
+  }
 
   /// False when somebody was quicker. Call with `mutex` held.
   static bool deliver(Piece& piece, std::vector<PartEdges>&& parts) {

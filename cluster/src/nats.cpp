@@ -8,6 +8,7 @@
 #include <fstream>
 #include <random>
 #include <sstream>
+#include <thread>
 
 #include "nkey.hpp"
 
@@ -78,6 +79,7 @@ Options options_for(const ConnectionOptions& given, const std::string& name) {
     throw Error(ErrorKind::kInput,
                 joined(given.servers) + ": not the address of a NATS server; write nats://HOST:PORT");
   }
+  check(natsOptions_SetNoRandomize(made, true), "natsOptions_SetNoRandomize");
   constexpr int kBufferBytes = 1 << 18;  // fewer calls for tiles than with the usual 32 KiB
   constexpr std::int64_t kConnectMs = 2000;
   constexpr std::int64_t kWriteMs = 2000;  // a network that takes nothing for so long is gone
@@ -98,13 +100,9 @@ Options options_for(const ConnectionOptions& given, const std::string& name) {
   return options;
 }
 
-[[noreturn]] void refused(const ConnectionOptions& options, natsStatus status) {
-  natsStatus ignored = NATS_OK;
-  const char* detail = nats_GetLastError(&ignored);
-  throw Error(ErrorKind::kDevice,
-              fmt::format("{}: the server refuses the connection: {}{}{}; check --server, --creds and the --tls files",
-                          joined(options.servers), natsStatus_GetText(status), detail != nullptr ? ": " : "",
-                          detail != nullptr ? detail : ""));
+[[noreturn]] void refused(const std::string& servers, const std::string& why) {
+  throw Error(ErrorKind::kDevice, servers + ": the server refuses the connection: " + why +
+                                      "; check --server, --creds and the --tls files");
 }
 
 }  // namespace
@@ -141,13 +139,19 @@ std::span<const std::uint8_t> data_of(const NatsMessage& message) {
           static_cast<std::size_t>(natsMsg_GetDataLength(message.get()))};
 }
 
-Connection::Connection(const ConnectionOptions& options, const std::string& name) {
+Connection::Connection(const ConnectionOptions& options, const std::string& name) : servers_(joined(options.servers)) {
   if (std::string why; !options.is_valid(&why)) throw Error(ErrorKind::kInput, "connection to NATS: " + why);
   const Options settings = options_for(options, name);
   natsConnection* made = nullptr;
   natsStatus status = natsConnection_Connect(&made, settings.get());
-  constexpr std::array kOutOfReach{NATS_NO_SERVER,         NATS_TIMEOUT,          NATS_IO_ERROR,
-                                   NATS_CONNECTION_CLOSED, NATS_STALE_CONNECTION, NATS_CONNECTION_DISCONNECTED};
+  // The client leaves out a signature that begins with a zero, one in 256: every attempt signs something else.
+  for (int again = 0; again < 2 && status == NATS_CONNECTION_AUTH_FAILED && !options.creds.empty(); ++again) {
+    status = natsConnection_Connect(&made, settings.get());
+  }
+  // A server that dies during the greeting leaves the protocol broken.
+  constexpr std::array kOutOfReach{
+      NATS_NO_SERVER,        NATS_TIMEOUT,       NATS_IO_ERROR, NATS_CONNECTION_CLOSED, NATS_CONNECTION_DISCONNECTED,
+      NATS_STALE_CONNECTION, NATS_PROTOCOL_ERROR};
   if (std::ranges::find(kOutOfReach, status) != kOutOfReach.end()) {
     // Only with a callback does the client try in the background.
     check(natsOptions_SetRetryOnFailedConnect(
@@ -155,8 +159,27 @@ Connection::Connection(const ConnectionOptions& options, const std::string& name
           "natsOptions_SetRetryOnFailedConnect");
     status = natsConnection_Connect(&made, settings.get());
   }
-  if (status != NATS_OK && status != NATS_NOT_YET_CONNECTED) refused(options, status);
+  if (status != NATS_OK && status != NATS_NOT_YET_CONNECTED) {
+    natsStatus ignored = NATS_OK;
+    const char* detail = nats_GetLastError(&ignored);
+    refused(servers_, natsStatus_GetText(status) + (detail != nullptr ? std::string(": ") + detail : std::string()));
+  }
   connection_.reset(made);
+}
+
+void Connection::await_server() const {
+  constexpr std::chrono::seconds kPatience{5};
+  constexpr std::chrono::milliseconds kLook{10};
+  const auto start = std::chrono::steady_clock::now();
+  while (!connected()) {
+    if (closed()) refused(servers_, last_error());
+    if (std::chrono::steady_clock::now() - start > kPatience) {
+      throw Error(ErrorKind::kDevice, fmt::format("{}: no NATS server answers within {} s; start nats-server there, or "
+                                                  "name another with --server",
+                                                  servers_, kPatience.count()));
+    }
+    std::this_thread::sleep_for(kLook);
+  }
 }
 
 bool Connection::connected() const {

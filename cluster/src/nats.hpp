@@ -41,6 +41,10 @@ class Connection {
   /// Throws Error(kInput) for options, Error(kDevice) for a refusal.
   Connection(const ConnectionOptions& options, const std::string& name);
 
+  /// Waits for a server; one that is being restarted is back within seconds. Throws Error(kDevice) when none answers in
+  /// time, or one refuses us.
+  void await_server() const;
+
   [[nodiscard]] natsConnection* get() const { return connection_.get(); }
   [[nodiscard]] bool connected() const;
   /// Refused after all, for instance because the server's configuration changed: it will not come back.
@@ -57,6 +61,7 @@ class Connection {
   [[nodiscard]] NatsSubscription subscribe(const std::string& subject) const;
 
  private:
+  std::string servers_;  ///< as given, for messages
   std::unique_ptr<natsConnection, Freed<natsConnection, natsConnection_Destroy>> connection_;
 };
 

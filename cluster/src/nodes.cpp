@@ -55,10 +55,7 @@ bool read_report(const NatsMessage& message, NodeReport& report) {
 
 std::vector<NodeReport> list_nodes(const ConnectionOptions& options, std::chrono::milliseconds patience) {
   const Connection connection(options, "cylpose nodes");
-  if (!connection.connected()) {
-    throw Error(ErrorKind::kDevice,
-                "no NATS server answers at " + options.servers.front() + "; start nats-server there");
-  }
+  connection.await_server();
   natsInbox* made = nullptr;
   check(natsInbox_Create(&made), "natsInbox_Create");
   const std::string inbox = made;

@@ -53,6 +53,18 @@ std::vector<TileDesk::NodeOffer> TileDesk::offers() const {
   return offers;
 }
 
+void TileDesk::wake_when_free(const std::shared_ptr<FrameWork>& work) {
+  const std::scoped_lock lock(mutex_);
+  waiting_.insert(work);
+}
+
+void TileDesk::wake_waiting() {
+  for (const std::weak_ptr<FrameWork>& waiting : waiting_) {
+    if (const std::shared_ptr<FrameWork> work = waiting.lock()) work->wake();
+  }
+  waiting_.clear();
+}
+
 int TileDesk::most_rows(int width, PixelFormat format) const {
   const std::size_t payload = connection_.most_payload();
   if (payload <= kTileOverhead) return 0;
@@ -71,16 +83,20 @@ void TileDesk::send(const std::string& node, Tile tile, const Roi& origin, const
     ++counters_.sent;
     const auto now = Clock::now();
     found->second.tried = now;
-    const double ms = found->second.cost.ms(static_cast<double>(origin.width) * (tile.rows.end - tile.rows.first));
+    const double pixels = static_cast<double>(origin.width) * (tile.rows.end - tile.rows.first);
+    const double ms = found->second.cost.ms(pixels);
     open_[tile.id] = {node, work, piece, origin, tile.rows, tile.parts.size(), now};
     if (work != nullptr) {
       constexpr double kPatience = 1.5;
       constexpr double kLeastMs = 1;
+      constexpr double kNewcomersMs = 10;  // what its link costs nobody knows yet
       const std::scoped_lock frame_lock(work->mutex);
       Piece& target = work->pieces[piece];
       ++target.copies;
       ++target.tries;
-      const double wait_ms = found->second.cost.known() ? kPatience * ms * found->second.open + kLeastMs : 1e6;
+      const double claimed_ms = pixels / std::max(1.0, found->second.pixels_per_ms);
+      const double wait_ms = kPatience * found->second.open * (found->second.cost.known() ? ms : claimed_ms) +
+                             (found->second.cost.known() ? kLeastMs : kNewcomersMs);
       target.due =
           now + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double, std::milli>(wait_ms));
     }
@@ -109,6 +125,7 @@ void TileDesk::on_hello(const NatsMessage& message) {
     node.slots = hello->slots;
     node.pixels_per_ms = hello->pixels_per_ms;
     node.heard = Clock::now();
+    wake_waiting();
   } catch (const Error&) {
     const std::scoped_lock lock(mutex_);
     ++counters_.refused;
@@ -168,15 +185,19 @@ void TileDesk::accept(std::uint64_t id, TileResult&& result) {
     node->second.answered = now;
     node->second.open = std::max(0, node->second.open - 1);
   }
+  wake_waiting();
   if (tile.work == nullptr) return;
   for (PartEdges& part : result.parts) shift(part, tile.origin.x, tile.origin.y);
-  const std::scoped_lock frame_lock(tile.work->mutex);
-  Piece& piece = tile.work->pieces[tile.piece];
-  --piece.copies;
-  const bool first = FrameWork::deliver(piece, std::move(result.parts));
+  bool first = false;
+  {
+    const std::scoped_lock frame_lock(tile.work->mutex);
+    Piece& piece = tile.work->pieces[tile.piece];
+    --piece.copies;
+    first = FrameWork::deliver(piece, std::move(result.parts));
+  }
   ++(first ? counters_.used : counters_.late);
   if (first && node != nodes_.end()) ++node->second.done;
-  tile.work->changed.notify_all();
+  tile.work->wake();
 }
 
 void TileDesk::fail(std::uint64_t id, bool node_is_gone) {
@@ -190,10 +211,13 @@ void TileDesk::fail(std::uint64_t id, bool node_is_gone) {
     node->second.open = std::max(0, node->second.open - 1);
     if (node_is_gone) nodes_.erase(node);
   }
+  wake_waiting();
   if (tile.work == nullptr) return;
-  const std::scoped_lock frame_lock(tile.work->mutex);
-  --tile.work->pieces[tile.piece].copies;
-  tile.work->changed.notify_all();
+  {
+    const std::scoped_lock frame_lock(tile.work->mutex);
+    --tile.work->pieces[tile.piece].copies;
+  }
+  tile.work->wake();
 }
 
 void TileDesk::keep_house() {

@@ -33,6 +33,9 @@ class TileDesk {
   };
   [[nodiscard]] std::vector<NodeOffer> offers() const;
 
+  /// Wakes `work` once, as soon as a node has room that it may not have had before.
+  void wake_when_free(const std::shared_ptr<FrameWork>& work);
+
   /// Most rows of so wide an image that the server takes in one message, halo not counted; 0 when there is no server.
   [[nodiscard]] int most_rows(int width, PixelFormat format) const;
 
@@ -73,6 +76,7 @@ class TileDesk {
   void fail(std::uint64_t id, bool node_is_gone);
   void keep_house();
   void forget_all();
+  void wake_waiting();  ///< call with `mutex_` held
   void tell(const std::string& what) const;
   void tell_once(const std::string& about, const std::string& what);
   void refuse(const std::string& node, const std::string& reason);
@@ -83,6 +87,7 @@ class TileDesk {
   mutable std::mutex mutex_;
   std::map<std::string, Node> nodes_;
   std::map<std::uint64_t, OpenTile> open_;
+  std::set<std::weak_ptr<FrameWork>, std::owner_less<>> waiting_;  ///< for room at a node
   std::uint64_t last_id_ = 0;
   ClusterCounters counters_;
   std::set<std::string> told_;

@@ -23,8 +23,8 @@ class Node {
         id_(random_word(4)),
         node_(options.name + "." + id_),
         connection_(options.connection, "cylpose worker " + node_),
-        service_(connection_, {options.name, id_, "cylpose.tile." + node_, options.device}),
-        tiles_(connection_.subscribe("cylpose.tile." + node_)) {
+        tiles_(connection_.subscribe("cylpose.tile." + node_)),
+        service_(connection_, {options.name, id_, "cylpose.tile." + node_, options.device}) {
     // Tiles that nobody waits for any more are not worth keeping.
     constexpr int kMostBytes = 1 << 28;
     check(natsSubscription_SetPendingLimits(tiles_.get(), options.slots * 8, kMostBytes),
@@ -33,7 +33,7 @@ class Node {
   }
 
   void run(const std::function<bool()>& stop) {
-    const Listener who(connection_, "cylpose.who", [this](const NatsMessage&) { say_hello(options_.slots); });
+    const Listener who(connection_, "cylpose.who", [this](const NatsMessage&) { say_hello(); });
     const std::jthread pulse([this](const std::stop_token& end) { beat(end); });
     constexpr std::chrono::milliseconds kPatience{50};
     while (!stop()) {
@@ -44,7 +44,7 @@ class Node {
       }
     }
     leaving_ = true;
-    say_hello(0);
+    say_hello();
     natsSubscription_Drain(tiles_.get());
     while (const NatsMessage message = next_message(tiles_, kPatience)) answer(message);
     constexpr std::int64_t kFlushMs = 1000;
@@ -79,20 +79,16 @@ class Node {
         tell(connected ? fmt::format("node {} is connected and asks for tiles", node_)
                        : "the NATS server is gone; trying again until it is back");
       }
-      if ((connected && !was_connected) || step % kStepsToHello == 0) say_hello(leaving_ ? 0 : options_.slots);
+      if ((connected && !was_connected) || step % kStepsToHello == 0) say_hello();
       was_connected = connected;
-      const Clock::rep since = busy_since_;
-      if (since == 0 || Clock::now() - Clock::time_point(Clock::duration(since)) <= options_.hang_after) continue;
-      if (options_.on_hang) {
-        options_.on_hang(fmt::format("a tile has taken more than {} ms: {} hangs", options_.hang_after.count(),
-                                     options_.device.empty() ? "the device" : options_.device));
-      }
     }
   }
 
-  void say_hello(int slots) const {
+  // From three threads; the last word must be the one that we are leaving.
+  void say_hello() {
     const double measured = service_.pixels_per_ms();
-    const Buffer hello = encode(Hello{node_, slots, measured > 0 ? measured : pixels_per_ms_});
+    const std::scoped_lock lock(hello_);
+    const Buffer hello = encode(Hello{node_, leaving_ ? 0 : options_.slots, measured > 0 ? measured : pixels_per_ms_});
     if (connection_.connected()) connection_.publish("cylpose.node." + node_, {hello.data(), hello.size()});
   }
 
@@ -139,14 +135,7 @@ class Node {
     TileResult result;
     result.id = tile.id;
     const auto start = Clock::now();
-    busy_since_ = start.time_since_epoch().count();
-    try {
-      result.parts = backend_.detect(tile.image, tile.image.bounds(), tile.parts, options).parts;
-    } catch (...) {
-      busy_since_ = 0;
-      throw;
-    }
-    busy_since_ = 0;
+    result.parts = backend_.detect(tile.image, tile.image.bounds(), tile.parts, options).parts;
     result.busy_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
     return result;
   }
@@ -170,12 +159,12 @@ class Node {
   std::string id_;
   std::string node_;
   double pixels_per_ms_ = 0;
+  std::mutex hello_;
   std::atomic<bool> leaving_ = false;
-  std::atomic<Clock::rep> busy_since_ = 0;  ///< 0: idle
   std::set<std::string> told_;
   Connection connection_;
-  Service service_;
   NatsSubscription tiles_;
+  Service service_;  ///< who sees us there may send tiles
 };
 
 }  // namespace
@@ -193,8 +182,6 @@ bool WorkerOptions::is_valid(std::string* why) const {
     return refuse("the name is '" + name + "'; use 1 to 64 letters, digits, - and _");
   }
   if (slots < 1 || slots > kMostSlots) return refuse("slots are " + std::to_string(slots) + "; must be 1 to 64");
-  if (hang_after.count() <= 0)
-    return refuse("hang_after is " + std::to_string(hang_after.count()) + " ms; must be above 0");
   return true;
 }
 

@@ -5,11 +5,14 @@
 #include <csignal>
 #include <cylpose/cluster/archive.hpp>
 #include <cylpose/error.hpp>
+#include <filesystem>
+#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 #include <thread>
 
 #include "host/temp_dir.hpp"
+#include "job_store.hpp"
 #include "servers.hpp"
 
 namespace cylpose::cluster {
@@ -104,6 +107,109 @@ TEST_F(Archives, LoseAndDoubleNothingWhenWorkersAndServersAreKilled) {
   }
   collector.join();
   expect_rows(text, 60);
+}
+
+TEST_F(Archives, WaitForAServerThatIsBeingRestarted) {
+  make_frames(3);
+  const auto restarted_meanwhile = [this](const std::function<void()>& what) {
+    server_.kill();
+    std::jthread restart([this] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+      server_.restart();
+    });
+    what();
+  };
+  restarted_meanwhile([this] { EXPECT_EQ(submit_archive(connection_, archive_), 1); });
+  const Process first = worker(0);
+  restarted_meanwhile([this] { expect_rows(collected(), 3); });
+}
+
+TEST_F(Archives, UploadedFramesNeedNoFiles) {
+  TempDir folder;
+  const NatsServer small(folder.path(),
+                         "max_payload: 8192\njetstream: {store_dir: \"" + (folder.path() / "js").string() + "\"}\n");
+  connection_.servers = {small.url()};
+  std::mt19937 random(5);
+  for (int i = 0; i < 7; ++i) {
+    cv::Mat image(48, 64, CV_8UC3);
+    for (cv::Vec3b& pixel : cv::Mat_<cv::Vec3b>(image)) pixel = cv::Vec3b::all(static_cast<std::uint8_t>(random()));
+    const std::string path = (folder_.path() / ("noise" + std::to_string(i) + ".png")).string();
+    ASSERT_TRUE(cv::imwrite(path, image));
+    archive_.files.push_back(path);
+  }
+  std::ofstream(archive_.files[6]) << "no image";
+  archive_.upload = true;
+  archive_.format = PoseFormat::kJsonl;
+  EXPECT_EQ(submit_archive(connection_, archive_), 3);
+  for (const std::string& file : archive_.files) std::filesystem::remove(file);
+  const Process first({CYLPOSE_COMMAND, "worker", "--jobs", "--backend", "serial", "--server", small.url()},
+                      folder_.path() / "worker.log");
+  std::istringstream lines(collected());
+  std::string line;
+  for (int i = 0; i < 7; ++i) {
+    ASSERT_TRUE(std::getline(lines, line)) << i;
+    EXPECT_THAT(line, HasSubstr("\"frame\":" + std::to_string(i) + ","));
+    EXPECT_EQ(line.find("no such file") != std::string::npos, false) << line;
+    EXPECT_EQ(line.find("frame0.png") != std::string::npos, i == 6) << "only the last one cannot be read: " << line;
+  }
+  const Connection connection(connection_, "test");
+  JobStore store(connection);
+  EXPECT_FALSE(store.frame("run1.0", 0, 1)) << "what is done is dropped";
+}
+
+TEST_F(Archives, PosesThatTheServerDoesNotTakeSaySo) {
+  TempDir folder;
+  const NatsServer small(folder.path(),
+                         "max_payload: 2048\njetstream: {store_dir: \"" + (folder.path() / "js").string() + "\"}\n");
+  connection_.servers = {small.url()};
+  for (int i = 0; i < 20; ++i) archive_.files.push_back("/no/such/file");
+  archive_.frames_per_job = 20;
+  archive_.format = PoseFormat::kJsonl;
+  submit_archive(connection_, archive_);
+  const Process first({CYLPOSE_COMMAND, "worker", "--jobs", "--backend", "serial", "--server", small.url()},
+                      folder_.path() / "worker.log");
+  try {
+    static_cast<void>(collected());
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("fewer --job-frames"));
+  }
+  archive_.name = "run2";
+  archive_.files.resize(200, "/no/such/file");
+  archive_.frames_per_job = 200;
+  EXPECT_THROW(submit_archive(connection_, archive_), Error);
+}
+
+TEST_F(Archives, JobsThatCannotBeReadSaySo) {
+  make_frames(1);
+  submit_archive(connection_, archive_);
+  const Connection connection(connection_, "a stranger");
+  JobStore(connection).put_job("run1.0", "{\"first\": 0}");
+  const Process first = worker(0);
+  try {
+    static_cast<void>(collected());
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("archive run1, job 0: the job cannot be read"));
+  }
+}
+
+class BrokenBackend final : public Backend {
+ public:
+  [[nodiscard]] std::string_view name() const override { return "broken"; }
+  [[nodiscard]] EdgeField detect(const ImageView&, const Roi&, std::span<const PartModel>,
+                                 const DetectOptions&) override {
+    throw Error(ErrorKind::kDevice, "the device is lost");
+  }
+};
+
+TEST_F(Archives, AWorkerWhoseDeviceFailsLeavesItsJobToOthers) {
+  make_frames(3);
+  submit_archive(connection_, archive_);
+  BrokenBackend broken;
+  EXPECT_THROW(run_jobs(broken, connection_, [] { return false; }), Error);
+  const Process second = worker(0);
+  expect_rows(collected(), 3);
 }
 
 TEST_F(Archives, MaySubmittedAgainGoOnWhereTheyStopped) {

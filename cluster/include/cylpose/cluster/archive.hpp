@@ -18,7 +18,9 @@ struct Archive {
   std::string name;
   std::string camera_yaml;
   std::string parts_yaml;
-  std::vector<std::string> files;  ///< images, by paths that workers can open
+  std::vector<std::string> files;  ///< images, by paths that workers can open, unless they are uploaded
+  /// Also put the images into the server, where they stay until their job is done: workers need no files.
+  bool upload = false;
   PoseFormat format = PoseFormat::kCsv;
   double fps = 30;
   /// A job is so many frames in a row; each job begins with a search of the whole frame. Above 0.

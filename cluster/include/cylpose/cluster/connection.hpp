@@ -8,7 +8,8 @@
 namespace cylpose::cluster {
 
 struct ConnectionOptions {
-  /// nats://HOST:PORT or tls://HOST:PORT, at least one; with several, another takes over where one fails.
+  /// nats://HOST:PORT or tls://HOST:PORT, at least one. With several, which are to form a cluster of NATS's own, the
+  /// first that answers is used, and another takes over where one fails.
   std::vector<std::string> servers;
   /// Who we are: a NATS credentials file, or a file with the seed of an NKey (`SU...`). Empty: nobody in particular.
   std::filesystem::path creds;

@@ -1,8 +1,6 @@
 // A node: asks for tiles and does them.
 #pragma once
 
-#include <chrono>
-#include <cstdint>
 #include <cylpose/backend.hpp>
 #include <cylpose/cluster/connection.hpp>
 #include <functional>
@@ -18,10 +16,6 @@ struct WorkerOptions {
   std::string device;
   /// Tiles that it takes while it works on others: with 2 the network carries the next one meanwhile. 1 to 64.
   int slots = 2;
-  /// A tile that takes longer means that the device hangs. Above 0.
-  std::chrono::milliseconds hang_after{10'000};
-  /// What to do then; the device's thread never comes back, so end the process and have it started again.
-  std::function<void(const std::string& what)> on_hang;
   /// Told what the user should know. From any thread.
   std::function<void(const std::string& what)> on_event;
 
