@@ -10,26 +10,26 @@
 #include <cylpose/refine.hpp>
 #include <limits>
 #include <numbers>
-#include <cstdio>
-#include <cstdlib>
 #include <utility>
 
 namespace cylpose {
 namespace {
 
-// Hypotheses that are refined, of those entered together; the others are only compared by what they explain.
+// Hypotheses that are refined, of those entered together, at the place of the one that explains most and elsewhere; the
+// others are only compared by what they explain.
 constexpr std::size_t kMaxRefined = 3;
+constexpr std::size_t kMaxPlaces = 2;
 // Edge points by which hypotheses are compared.
 constexpr std::size_t kPointsToCompare = 200;
 // Hypotheses so near to each other lead to the same pose; poses so near to each other are the same.
 constexpr double kSameStartPx = 1;
 constexpr double kSameEndPx = 0.05;
-// A coarse pose supported by fewer points than this share of the best one's is not refined.
+// A coarse pose supported by fewer points than this share of the best one's at its place is not refined.
 constexpr double kWorthRefining = 0.8;
 // A solution rated higher leaves nothing for another hypothesis to explain.
 constexpr double kClearlyRight = 0.7;
-// Edges that lie so near to an outline that passed the self-check leave little to other views.
-constexpr double kTightPx = 0.25;
+// Edges of the part scatter at least this much.
+constexpr double kMinSigmaPx = 0.05;
 // Poses farther apart than this are different answers; nearer ones are one answer with a larger covariance.
 constexpr double kOtherAxis = 10 * std::numbers::pi / 180;
 constexpr double kOtherCenter = 0.25;  // of the height
@@ -50,6 +50,18 @@ bool look_alike(const CameraModel& camera, const PartModel& part, const Cylinder
   return true;
 }
 
+// Whether the outlines, or most of them, lie beside each other.
+bool are_apart(const CameraModel& camera, const PartModel& part, const CylinderPose& a, const CylinderPose& b) {
+  const auto radius_px = [&](const CylinderPose& pose) {
+    const Eigen::Vector3d half = part.height_m / 2 * pose.axis_in_cam;
+    const Eigen::Vector2d half_px =
+        ideal_pixel(camera, pose.center_in_cam + half) - ideal_pixel(camera, pose.center_in_cam);
+    return std::max(half_px.norm(), part.radius_m * camera.fx / pose.center_in_cam.z());
+  };
+  return (ideal_pixel(camera, a.center_in_cam) - ideal_pixel(camera, b.center_in_cam)).norm() >
+         radius_px(a) + radius_px(b);
+}
+
 // Of the two widths of the outline at its ends: what differs between a pose and its mirror image is twice this.
 double perspective_px(const CameraModel& camera, const PartModel& part, const CylinderPose& pose) {
   const double half = part.height_m / 2 * pose.axis_in_cam.z();
@@ -57,11 +69,14 @@ double perspective_px(const CameraModel& camera, const PartModel& part, const Cy
   return std::abs(2 * part.radius_m * camera.fx * (1 / (z - half) - 1 / (z + half)));
 }
 
-// Whether the mirror image's residuals would stand out: they are about a fourth of what differs.
+// Whether the mirror image's residuals would stand out: they are about a fourth of what differs, where both ends are
+// seen.
 bool perspective_tells(const CameraModel& camera, const PartModel& part, const PoseEstimate& estimate) {
   constexpr double kTellingPx = 0.5;
   constexpr double kTellingSigmas = 10;
-  return perspective_px(camera, part, estimate.pose) > kTellingPx + kTellingSigmas * estimate.rms_px;
+  constexpr double kMostSeen = 0.75;
+  return estimate.seen > kMostSeen &&
+         perspective_px(camera, part, estimate.pose) > kTellingPx + kTellingSigmas * estimate.rms_px;
 }
 
 CylinderPose mirror_image(const CylinderPose& pose) {
@@ -79,6 +94,13 @@ Eigen::Matrix<double, 6, 1> difference(const CylinderPose& from, const CylinderP
   return change;
 }
 
+CylinderPose moved(const CylinderPose& pose, const Eigen::Matrix<double, 6, 1>& change) {
+  const Eigen::Vector3d rotation = change.tail<3>();
+  const double angle = rotation.norm();
+  if (angle == 0) return pose;
+  return {pose.center_in_cam + change.head<3>(), Eigen::AngleAxisd(angle, rotation / angle) * pose.axis_in_cam};
+}
+
 bool is_ok(const Solution& solution) {
   return solution.estimate.status == PoseStatus::kOk;
 }
@@ -90,7 +112,7 @@ Contest::Contest(const CameraModel& camera, const PartModel& part, const SolveOp
     : camera_(camera),
       part_(part),
       options_(options),
-      judge_(camera, part, options, region, points, chains), n_points_(points.size()), m00_(region.m00),
+      judge_(camera, part, options, region, points, chains),
       to_compare_(thinned(points, kPointsToCompare)),
       to_come_near_(thinned(points, kPointsToComeNear)) {}
 
@@ -106,10 +128,13 @@ std::optional<Hypothesis> Contest::hypothesis(const CylinderPose& pose) const {
 void Contest::enter(std::vector<Hypothesis> hypotheses) {
   std::stable_sort(hypotheses.begin(), hypotheses.end(),
                    [](const Hypothesis& a, const Hypothesis& b) { return a.explained > b.explained; });
-  if (hypotheses.size() > kMaxRefined) hypotheses.resize(kMaxRefined);
   std::vector<CylinderPose> tried;
   std::vector<CoarsePose> coarse;
+  std::size_t at_first_place = 0;
   for (const Hypothesis& hypothesis : hypotheses) {
+    if (tried.size() == kMaxPlaces * kMaxRefined) break;
+    const bool at_first = !are_apart(camera_, part_, hypotheses.front().pose, hypothesis.pose);
+    if (at_first && ++at_first_place > kMaxRefined) continue;
     const bool known = std::any_of(tried.begin(), tried.end(), [&](const CylinderPose& other) {
       return look_alike(camera_, part_, hypothesis.pose, other, kSameStartPx);
     });
@@ -121,7 +146,9 @@ void Contest::enter(std::vector<Hypothesis> hypotheses) {
   std::stable_sort(coarse.begin(), coarse.end(),
                    [](const CoarsePose& a, const CoarsePose& b) { return a.support > b.support; });
   for (const CoarsePose& pose : coarse) {
-    if (pose.support < kWorthRefining * coarse.front().support) return;
+    const auto best = std::ranges::find_if(
+        coarse, [&](const CoarsePose& other) { return !are_apart(camera_, part_, other.pose, pose.pose); });
+    if (pose.support < kWorthRefining * best->support || is_hopeless(pose)) continue;
     finish(pose);
     if (is_decided()) return;
   }
@@ -147,21 +174,51 @@ void Contest::enter_mirror_image() {
   const PoseEstimate& estimate = first->estimate;
   if (perspective_tells(camera_, part_, estimate)) return;
   const auto coarse = refine_coarsely(camera_, part_, mirror_image(estimate.pose), to_come_near_, options_.refine);
-  if (coarse) finish(*coarse);
+  if (coarse && !is_hopeless(*coarse)) finish(*coarse);
+}
+
+bool Contest::is_within(const Solution& a, const Solution& b, double max_angle) const {
+  const Eigen::Matrix<double, 6, 1> change = difference(a.estimate.pose, b.estimate.pose);
+  return change.head<3>().norm() <= kOtherCenter * part_.height_m && change.tail<3>().norm() <= max_angle;
+}
+
+bool Contest::is_one_answer(const Solution& a, const Solution& b) const {
+  return is_within(a, b, kOtherAxis);
+}
+
+// From the pose midway neither is another answer.
+bool Contest::may_lie_midway(const Solution& a, const Solution& b) const {
+  return !a.is_end_on && !b.is_end_on && is_within(a, b, 2 * kOtherAxis);
+}
+
+// Whether a pose refined before, at the same place, explains the points so much better that this one can raise no
+// doubt.
+bool Contest::is_hopeless(const CoarsePose& coarse) const {
+  const auto rival = std::ranges::max_element(finished_, {}, [&](const CoarsePose& other) {
+    return are_apart(camera_, part_, other.pose, coarse.pose) ? 0 : other.support;
+  });
+  if (rival == finished_.end() || are_apart(camera_, part_, rival->pose, coarse.pose)) return false;
+  const double sigma_px = std::max(kMinSigmaPx, std::min(rival->rms_px, coarse.rms_px));
+  const auto misfit = [&](const CoarsePose& pose) {
+    const double in_sigmas = pose.rms_px / sigma_px;
+    return Judge::kOutlierCost * (static_cast<double>(to_come_near_.size()) - pose.support) +
+           pose.support * std::min(Judge::kOutlierCost, in_sigmas * in_sigmas / 2);
+  };
+  const double per_judge = static_cast<double>(Judge::kPointsToJudge) / static_cast<double>(kPointsToComeNear);
+  return per_judge * (misfit(coarse) - misfit(*rival)) > Judge::kMostDistrust * options_.check.min_evidence;
 }
 
 void Contest::finish(const CoarsePose& coarse) {
-  const bool known = std::any_of(finished_.begin(), finished_.end(), [&](const CylinderPose& other) {
-    return look_alike(camera_, part_, coarse.pose, other, kSameEndPx);
+  const bool known = std::any_of(finished_.begin(), finished_.end(), [&](const CoarsePose& other) {
+    return look_alike(camera_, part_, coarse.pose, other.pose, kSameEndPx);
   });
   if (known) return;
-  finished_.push_back(coarse.pose);
+  finished_.push_back(coarse);
   if (auto solution = judge_.refined(coarse)) solutions_.push_back(std::move(*solution));
 }
 
 // How far edges of the part lie from its outline: as far as the best fit with many of them says.
 double Contest::edge_sigma_px() const {
-  constexpr double kMinSigmaPx = 0.05;
   int most = 0;
   for (const Solution& solution : solutions_) most = std::max(most, solution.estimate.support);
   double sigma_px = std::numeric_limits<double>::infinity();
@@ -173,17 +230,15 @@ double Contest::edge_sigma_px() const {
 
 const Solution* Contest::leader() const {
   const double sigma_px = edge_sigma_px();
-  const auto found =
-      std::min_element(solutions_.begin(), solutions_.end(), [&](const Solution& a, const Solution& b) {
-        return judge_.misfit(a, sigma_px) < judge_.misfit(b, sigma_px);
-      });
+  const auto found = std::min_element(solutions_.begin(), solutions_.end(), [&](const Solution& a, const Solution& b) {
+    return judge_.misfit(a, sigma_px) < judge_.misfit(b, sigma_px);
+  });
   return found == solutions_.end() ? nullptr : &*found;
 }
 
-bool Contest::fits_tightly() const {
+bool Contest::shows_sides() const {
   const Solution* first = leader();
-  return first != nullptr && is_ok(*first) && !first->shows_a_rim && first->estimate.rms_px < kTightPx &&
-         perspective_tells(camera_, part_, first->estimate);
+  return first != nullptr && is_ok(*first) && first->shows_sides;
 }
 
 bool Contest::is_decided() const {
@@ -193,41 +248,67 @@ bool Contest::is_decided() const {
 }
 
 // The leader; but of what explains the edges about as well, the view of a base alone, whose covariance covers all that
-// could hide behind it, and otherwise a pose that passes the self-check before one that does not.
+// could hide behind it, and otherwise a pose that passes the self-check before one that does not, unless that is the
+// same answer and fits better.
 const Solution* Contest::preferred() const {
   const Solution* first = leader();
   const double sigma_px = edge_sigma_px();
+  const auto misfit = [&](const Solution& solution) { return judge_.misfit(solution, sigma_px); };
+  const auto is_refuted = [&](const Solution& solution) {
+    return std::ranges::any_of(solutions_, [&](const Solution& other) {
+      return !is_ok(other) && misfit(other) < misfit(solution) && is_one_answer(other, solution);
+    });
+  };
   const Solution* chosen = first;
   for (const Solution& solution : solutions_) {
     if (!is_ok(solution) || judge_.evidence(*first, solution, sigma_px) > options_.check.min_evidence) continue;
+    if (is_refuted(solution)) continue;
     const bool better = !is_ok(*chosen) || (solution.is_end_on && !chosen->is_end_on) ||
-                        (solution.is_end_on == chosen->is_end_on && judge_.misfit(solution, sigma_px) < judge_.misfit(*chosen, sigma_px));
+                        (solution.is_end_on == chosen->is_end_on && misfit(solution) < misfit(*chosen));
     if (better) chosen = &solution;
   }
   return chosen;
+}
+
+void Contest::dismiss_other_things() {
+  std::vector<CylinderPose> telling;
+  for (const Solution& solution : solutions_) {
+    if (is_ok(solution) && solution.is_telling) telling.push_back(solution.estimate.pose);
+  }
+  std::erase_if(solutions_, [&](const Solution& solution) {
+    return !solution.is_telling && std::ranges::any_of(telling, [&](const CylinderPose& pose) {
+      return are_apart(camera_, part_, pose, solution.estimate.pose);
+    });
+  });
 }
 
 PoseEstimate Contest::verdict() const {
   if (solutions_.empty()) return no_pose("no pose explains the edges");
   const Solution& chosen = *preferred();
   const double sigma_px = edge_sigma_px();
-  if (getenv("CYL_DBG")) for (const Solution& o : solutions_) { const auto& p=o.estimate.pose; const double area=Outline::of(camera_,part_,p)?Outline::of(camera_,part_,p)->area_px():0; fprintf(stderr,"DBG len %.2f %s ok%d endon%d rim%d tilt %.1f d %.2f rms %.2f seen %.2f sup %d/%zu rating %.2f misfit %.1f clump %.1f fill %.2f ev %.1f px %.0f %.0f %s\n",[&]{ auto oo=Outline::of(camera_,part_,p); if(!oo) return 0.0; return (ideal_pixel(camera_,Eigen::Vector3d(p.center_in_cam+0.2*p.axis_in_cam))-ideal_pixel(camera_,Eigen::Vector3d(p.center_in_cam-0.2*p.axis_in_cam))).norm()/(0.1*camera_.fx/p.center_in_cam.z());}(),&o==&chosen?"*":" ",is_ok(o),o.is_end_on,o.shows_a_rim,std::acos(std::min(1.0,std::abs(p.axis_in_cam.dot(p.center_in_cam.normalized()))))*57.3,p.center_in_cam.norm(),o.estimate.rms_px,o.estimate.seen,o.estimate.support,n_points_,o.rating,judge_.misfit(o,sigma_px),o.clumping,static_cast<double>(m00_)/area,judge_.evidence(chosen,o,sigma_px),ideal_pixel(camera_,p.center_in_cam).x(),ideal_pixel(camera_,p.center_in_cam).y(),o.estimate.reason.c_str()); }
   if (!is_ok(chosen)) return no_pose(chosen.estimate.reason);
   PoseEstimate estimate = chosen.estimate;
+  Eigen::Matrix<double, 6, 1> widest = Eigen::Matrix<double, 6, 1>::Zero();  // of undecided differences
   for (const Solution& other : solutions_) {
-    if (&other == &chosen || !is_ok(other)) continue;
+    if (&other == &chosen) continue;
     const Eigen::Matrix<double, 6, 1> change = difference(estimate.pose, other.estimate.pose);
     const double evidence = judge_.evidence(chosen, other, sigma_px);
-    if (change.head<3>().norm() > kOtherCenter * part_.height_m || change.tail<3>().norm() > kOtherAxis) {
-      if (evidence < options_.check.min_evidence) {
+    if (is_one_answer(chosen, other)) {
+      if (is_ok(other) && !chosen.is_end_on) {
+        estimate.covariance += change * change.transpose() / (1 + std::exp(std::min(evidence, 100.0)));
+      }
+    } else if (evidence < options_.check.min_evidence) {
+      if (!may_lie_midway(chosen, other)) {
         return no_pose(fmt::format(
             "two poses explain the outline equally, their axes {:.0f} deg and their centres {:.0f} mm apart",
             change.tail<3>().norm() * 180 / std::numbers::pi, 1000 * change.head<3>().norm()));
       }
-    } else if (!chosen.is_end_on) {
-      estimate.covariance += change * change.transpose() / (1 + std::exp(std::min(evidence, 100.0)));
+      if (change.tail<3>().norm() > widest.tail<3>().norm()) widest = change;
     }
   }
+  const Eigen::Matrix<double, 6, 1> half = widest / 2;
+  estimate.covariance += half * half.transpose();
+  estimate.pose = with_fixed_sign(moved(estimate.pose, half));
   return estimate;
 }
 

@@ -36,6 +36,9 @@ class Contest {
   /// Enters the views along the axis in which one of the ellipses is all that shows.
   void enter_end_on(std::span<const FittedEllipse> ellipses);
 
+  /// Beside an outline that only the part can have, a box or a ball raises no doubt.
+  void dismiss_other_things();
+
   /// Enters the leader's mirror image, the axis reflected in the plane across the line of sight, where the outlines
   /// differ so little that the leader's residuals may hide it: only perspective tells one from the other.
   void enter_mirror_image();
@@ -43,27 +46,32 @@ class Contest {
   /// True when a solution leaves nothing for another hypothesis to explain.
   [[nodiscard]] bool is_decided() const;
 
-  /// True when the best solution passes the self-check, the edges lie close to its outline, and so much closer than to
-  /// its mirror image's that no view of a base alone can be meant.
-  [[nodiscard]] bool fits_tightly() const;
+  /// True when the best solution passes the self-check and shows its sides, so that no view of a base alone can be
+  /// meant.
+  [[nodiscard]] bool shows_sides() const;
 
-  /// The best solution; `none` with the reason when there is none, when it fails the self-check, or when another one
-  /// explains the outline as well (CheckOptions::min_evidence).
+  /// The best solution; `none` with the reason when there is none, when it fails the self-check, or when one far from
+  /// it explains the outline as well (CheckOptions::min_evidence), whether that passes the self-check or not. Of two
+  /// that are at most 20 degrees and a fourth of the height apart the pose midway, its covariance covering both.
   [[nodiscard]] PoseEstimate verdict() const;
 
  private:
   [[nodiscard]] double edge_sigma_px() const;
+  [[nodiscard]] bool is_within(const Solution& a, const Solution& b, double max_angle) const;
+  [[nodiscard]] bool is_one_answer(const Solution& a, const Solution& b) const;
+  [[nodiscard]] bool may_lie_midway(const Solution& a, const Solution& b) const;
   [[nodiscard]] const Solution* leader() const;
   [[nodiscard]] const Solution* preferred() const;
+  [[nodiscard]] bool is_hopeless(const CoarsePose& coarse) const;
   void finish(const CoarsePose& coarse);  // refines it unless that was done
 
   const CameraModel& camera_;
   const PartModel& part_;
   const SolveOptions& options_;
-  Judge judge_; std::size_t n_points_=0; long m00_=0;
+  Judge judge_;
   std::vector<EdgePoint> to_compare_;
   std::vector<EdgePoint> to_come_near_;
-  std::vector<CylinderPose> finished_;
+  std::vector<CoarsePose> finished_;
   std::vector<Solution> solutions_;
 };
 

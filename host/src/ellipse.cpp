@@ -48,9 +48,15 @@ Coefficients oriented(Coefficients k) {
   return k[0] > 0 ? Coefficients(-k) : k;
 }
 
+// The first-order distance and the normal's direction, without their roots.
 bool is_near(const Ellipse& ellipse, const EdgePoint& point, double max_distance_px) {
-  return std::abs(ellipse.signed_distance(point.position_px)) <= max_distance_px &&
-         ellipse.inward(point.position_px).dot(point.inward) >= kMinNormalCosine;
+  const Eigen::Vector2d p = scaled(ellipse, point.position_px);
+  const Eigen::Vector2d slope = gradient(ellipse.coefficients, p);
+  const double squared = slope.squaredNorm();
+  const double value = ellipse.scale_px * ellipse.coefficients.dot(monomials(p));
+  if (value * value > max_distance_px * max_distance_px * squared) return false;
+  const double along = slope.dot(point.inward);
+  return along > 0 && along * along >= kMinNormalCosine * kMinNormalCosine * squared;
 }
 
 Chain supporting(const Ellipse& ellipse, std::span<const EdgePoint> points, double max_distance_px) {
@@ -255,15 +261,18 @@ std::vector<FittedEllipse> find_ellipses(std::span<const EdgePoint> points, std:
   const std::vector<Ellipse> fits = window_fits(points, chains, static_cast<std::size_t>(options.min_support));
   std::vector<EdgePoint> judges = thinned(points, kPointsToCompare);
   std::vector<FittedEllipse> ellipses;
+  // Near how many of the judges each fit is: at most, as every ellipse found takes some away.
+  std::vector<std::ptrdiff_t> counts(fits.size(), static_cast<std::ptrdiff_t>(judges.size()));
   for (int i = 0; i < options.max_ellipses; ++i) {
     const Ellipse* best = nullptr;
     std::ptrdiff_t best_count = 0;
-    for (const Ellipse& fit : fits) {
-      const auto count = std::count_if(judges.begin(), judges.end(),
-                                       [&](const EdgePoint& p) { return is_near(fit, p, options.max_distance_px); });
-      if (count > best_count) {
-        best_count = count;
-        best = &fit;
+    for (std::size_t k = 0; k < fits.size(); ++k) {
+      if (counts[k] <= best_count) continue;
+      counts[k] = std::count_if(judges.begin(), judges.end(),
+                                [&](const EdgePoint& p) { return is_near(fits[k], p, options.max_distance_px); });
+      if (counts[k] > best_count) {
+        best_count = counts[k];
+        best = &fits[k];
       }
     }
     if (best == nullptr) break;

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <cylpose/outline.hpp>
 #include <numbers>
+#include <numeric>
 
 namespace cylpose {
 namespace {
 
-constexpr double kStationSpacingPx = 3;
 constexpr int kMinStations = 6;
 constexpr int kMaxStations = 96;
 // An edge point belongs to a piece of the outline only if their normals differ by less than this (cosine of 37
@@ -17,6 +17,8 @@ constexpr double kMinNormalCosine = 0.8;
 // 0.001 px.
 constexpr double kFootPointStepPx = 0.2;
 constexpr int kMaxFootPointSteps = 4;
+// By this factor farther outside than matches may be: perspective makes the first guess of the distance inexact.
+constexpr double kFarOutside = 1.5;
 
 Eigen::Vector2d perpendicular(const Eigen::Vector2d& v) {
   return {-v.y(), v.x()};
@@ -46,10 +48,8 @@ Outline::CircleImage::Place Outline::CircleImage::at(const Eigen::Vector2d& on_c
   return {middle + offset, scale * (ahead.x() * by_cosine + ahead.y() * by_sine - w.dot(ahead) * offset)};
 }
 
-// Cosine and sine of an angle near the foot point's, exact for points on the ellipse. Across a flat one, whose long
-// axis is nearly by_sine, the place along that axis tells more than the direction from the middle.
-Eigen::Vector2d Outline::CircleImage::first_guess(const Eigen::Vector2d& position_px, double max_distance_px,
-                                                  double cosine_sign) const {
+// A place in the coordinates in which the circle is the unit circle.
+Outline::CircleImage::InCircle Outline::CircleImage::in_circle(const Eigen::Vector2d& position_px) const {
   const Eigen::Vector2d offset = position_px - middle;
   const Eigen::Vector2d along = by_sine - w.y() * offset;
   const Eigen::Vector2d toward = by_cosine - w.x() * offset;
@@ -58,14 +58,39 @@ Eigen::Vector2d Outline::CircleImage::first_guess(const Eigen::Vector2d& positio
   const double shear = toward.dot(along) * per_sine;
   const Eigen::Vector2d across = toward - shear * along;
   const double across_squared = across.squaredNorm();
+  const double cosine = offset.dot(across) / across_squared;
+  InCircle in;
+  in.on_flat = sine;
+  in.thickness_squared = across_squared;
+  in.place = {cosine, sine - cosine * shear};
+  in.squared = in.place.squaredNorm();
+  in.slope = 2 * (in.place.x() - shear * in.place.y()) / across_squared * across + 2 * in.place.y() * per_sine * along;
+  return in;
+}
+
+// Of the distance from the circle's image, to first order; negative inside.
+double Outline::CircleImage::outside_px(const Eigen::Vector2d& position_px) const {
+  const InCircle in = in_circle(position_px);
+  const double radius = std::sqrt(in.squared);
+  return (radius - 1) * 2 * radius / in.slope.norm();
+}
+
+// Cosine and sine of an angle near the foot point's, exact for points on the ellipse; none for points clearly farther
+// outside than `max_distance_px`. Across a flat ellipse, whose long axis is nearly by_sine, the place along that axis
+// tells more than the direction from the middle.
+std::optional<Eigen::Vector2d> Outline::CircleImage::first_guess(const Eigen::Vector2d& position_px,
+                                                                 double max_distance_px, double cosine_sign) const {
+  const InCircle in = in_circle(position_px);
   const double flat = 2 * max_distance_px;
-  if (across_squared > flat * flat) {
-    const double cosine = offset.dot(across) / across_squared;
-    const Eigen::Vector2d direction(cosine, sine - cosine * shear);
-    if (direction.squaredNorm() > 0) return direction.normalized();
+  if (in.thickness_squared > flat * flat) {
+    // The square is convex: over its slope, what it is above 1 is no more than the distance.
+    const double reach = kFarOutside * max_distance_px;
+    const double excess = in.squared - 1;
+    if (excess > 0 && excess * excess > reach * reach * in.slope.squaredNorm()) return std::nullopt;
+    if (in.squared > 0) return in.place / std::sqrt(in.squared);
   }
-  const double cut = std::clamp(sine, -1.0, 1.0);
-  return {cosine_sign * std::sqrt(1 - cut * cut), cut};
+  const double cut = std::clamp(in.on_flat, -1.0, 1.0);
+  return Eigen::Vector2d(cosine_sign * std::sqrt(1 - cut * cut), cut);
 }
 
 std::optional<Outline> Outline::of(const CameraModel& camera, const PartModel& part, const CylinderPose& pose) {
@@ -131,9 +156,13 @@ void Outline::count_stations() {
   }
 }
 
+std::size_t Outline::station_count() const {
+  return static_cast<std::size_t>(std::accumulate(stations_of_.begin(), stations_of_.end(), 0));
+}
+
 std::vector<Outline::Station> Outline::stations() const {
   std::vector<Station> stations;
-  stations.reserve(std::size_t{4} * kMaxStations);
+  stations.reserve(station_count());
   for (const OutlinePiece piece : {kSide0, kSide1, kBase0, kBase1}) {
     const int count = stations_of_[piece];
     for (int i = 0; i < count; ++i) {
@@ -204,8 +233,9 @@ std::optional<OutlineMatch> Outline::match_base(std::size_t base, const EdgePoin
   const Eigen::Vector2d& position_px = edge.position_px;
   if (signed_distance(chords_[base], position_px) > max_distance_px + 1) return std::nullopt;
   const CircleImage& circle = circles_[base];
-  Eigen::Vector2d on_circle =
-      cut_to_arc(base, circle.first_guess(position_px, max_distance_px, arc_middle_[base].x() > 0 ? 1 : -1));
+  const auto guess = circle.first_guess(position_px, max_distance_px, arc_middle_[base].x() > 0 ? 1 : -1);
+  if (!guess) return std::nullopt;
+  Eigen::Vector2d on_circle = cut_to_arc(base, *guess);
   CircleImage::Place place = circle.at(on_circle);
   for (int step = 0; step < kMaxFootPointSteps; ++step) {
     const double squared = place.tangent.squaredNorm();
@@ -223,6 +253,10 @@ std::optional<OutlineMatch> Outline::match_base(std::size_t base, const EdgePoin
     return std::nullopt;
   }
   return OutlineMatch{static_cast<OutlinePiece>(kBase0 + base), 0, on_circle, inward, distance};
+}
+
+double Outline::bulge_px(std::size_t base) const {
+  return -signed_distance(chords_[base], circles_[base].at(arc_middle_[base]).position);
 }
 
 double Outline::area_px() const {
@@ -247,6 +281,11 @@ double Outline::area_px() const {
 bool Outline::within(const Eigen::Vector2d& position_px, double margin_px) const {
   const auto inside = [&](const ImageLine& line) { return signed_distance(line, position_px) >= margin_px; };
   return inside(sides_[0]) && inside(sides_[1]) && inside(chords_[0]) && inside(chords_[1]);
+}
+
+bool Outline::beyond(const Eigen::Vector2d& position_px, double margin_px) const {
+  return !within(position_px, -margin_px) && circles_[0].outside_px(position_px) > margin_px &&
+         circles_[1].outside_px(position_px) > margin_px;
 }
 
 }  // namespace cylpose

@@ -9,9 +9,11 @@
 #include <cylpose/error.hpp>
 #include <cylpose/outline.hpp>
 #include <cylpose/pose_solver.hpp>
+#include <functional>
 #include <optional>
 
 #include "contest.hpp"
+#include "loop.hpp"
 #include "option_check.hpp"
 #include "stage_clock.hpp"
 
@@ -37,7 +39,8 @@ class PartSolver {
     std::vector<Hypothesis> hypotheses = from_sides(contest);
     clock_.lap("pose");
     contest.enter(std::move(hypotheses));
-    if (!contest.is_decided() && !contest.fits_tightly()) enter_bases(contest);
+    if (!contest.is_decided() && !contest.shows_sides()) enter_bases(contest);
+    contest.dismiss_other_things();
     contest.enter_mirror_image();
     PoseEstimate estimate = contest.verdict();
     clock_.lap("refinement");
@@ -98,11 +101,25 @@ class PartSolver {
     const std::vector<FittedEllipse> ellipses = find_ellipses(points_, chains_, options_.ellipse);
     contest.enter_end_on(ellipses);
     std::vector<CylinderPose> poses = poses_from_bases(camera_, part_, ellipses);
-    if (field_.region.m00 > 0) {
-      const std::vector<CylinderPose> rough = poses_from_blob(camera_, part_, field_.region);
+    for (const RegionStatistics& blob : blobs()) {
+      const std::vector<CylinderPose> rough = poses_from_blob(camera_, part_, blob);
       poses.insert(poses.end(), rough.begin(), rough.end());
     }
     contest.enter(poses);
+  }
+
+  // All of the part's colour, which a bar may divide, and where there are several things of it the largest ones.
+  [[nodiscard]] std::vector<RegionStatistics> blobs() const {
+    constexpr std::size_t kMaxThings = 2;
+    std::vector<RegionStatistics> things;
+    for (const Chain& chain : chains_) {
+      if (const auto thing = region_in_loop(points_, chain)) things.push_back(*thing);
+    }
+    if (things.size() < 2) things.clear();
+    std::ranges::stable_sort(things, std::greater<>{}, &RegionStatistics::m00);
+    if (things.size() > kMaxThings) things.resize(kMaxThings);
+    if (field_.region.m00 > 0) things.insert(things.begin(), field_.region);
+    return things;
   }
 
   const CameraModel& camera_;
@@ -119,8 +136,7 @@ class PartSolver {
 
 bool CheckOptions::is_valid(std::string* why) const {
   return require_share(min_seen, "min_seen", why) && require_share(min_side_seen, "min_side_seen", why) &&
-         require_positive(max_rms_px, "max_rms_px", why) &&
-         require_positive(max_blob_rms_px, "max_blob_rms_px", why) &&
+         require_positive(max_rms_px, "max_rms_px", why) && require_positive(max_blob_rms_px, "max_blob_rms_px", why) &&
          require_positive(max_blob_fill, "max_blob_fill", why) &&
          require_positive(max_lone_base_rms_px, "max_lone_base_rms_px", why) &&
          require_positive(max_overrun, "max_overrun", why) && require_share(min_explained, "min_explained", why) &&

@@ -29,8 +29,9 @@ constexpr std::size_t kStationsOfBlock = 8;
 // So few blocks scatter by chance, but hardly by more than this factor.
 constexpr double kClumpedAbove = 2;
 
-// So near to the end the second round with all points moves hardly anything, and the third nothing.
+// Rounds with all points. One is enough where it moves the outline less than this: the distances then change linearly.
 constexpr int kRoundsWithAll = 3;
+constexpr double kLinearPx = 0.1;
 
 // Moves of the pose: x y z of the centre in metres, then rotations about two unit vectors across the axis.
 struct TangentBasis {
@@ -44,8 +45,8 @@ struct TangentBasis {
 // this surface point.
 class DistanceChange {
  public:
-  DistanceChange(const CameraModel& camera, const CylinderPose& pose)
-      : camera_(camera), center_in_cam_(pose.center_in_cam), basis_(pose.axis_in_cam) {}
+  DistanceChange(const CameraModel& camera, const CylinderPose& pose, const TangentBasis& basis)
+      : camera_(camera), center_in_cam_(pose.center_in_cam), basis_(basis) {}
 
   [[nodiscard]] Vector5d at(const Eigen::Vector3d& point_in_cam, const Eigen::Vector2d& inward) const {
     const double x = camera_.fx * inward.x() / point_in_cam.z();
@@ -60,7 +61,7 @@ class DistanceChange {
  private:
   const CameraModel& camera_;
   Eigen::Vector3d center_in_cam_;
-  TangentBasis basis_;
+  const TangentBasis& basis_;
 };
 
 // One Gauss-Newton step's least squares problem: `normal` moves = -`gradient`.
@@ -103,18 +104,48 @@ struct SideSums {
 class Refinement {
  public:
   Refinement(const CameraModel& camera, const PartModel& part, const CylinderPose& start)
-      : camera_(camera), part_(part), start_(start), pose_(start) {}
+      : camera_(camera), part_(part), start_(start), pose_(start), basis_(start.axis_in_cam) {}
 
-  // One round of matching and solving. None when there is too little to go on, else how far the outline moved in pixels
-  // (root mean square over the matched points).
-  std::optional<double> solve(std::span<const EdgePoint> points, double gate_px) {
+  // Matches the points with the outline of the pose reached so far. False when there is too little to go on.
+  bool match(std::span<const EdgePoint> points, double gate_px) {
     outline_ = Outline::of(camera_, part_, pose_);
-    if (!outline_ || !match_all(points, gate_px)) return std::nullopt;
-    problem_ = linearised();
+    if (!outline_) return false;
+    matched_.clear();
+    matched_.reserve(points.size());
+    for (const EdgePoint& point : points) {
+      if (const auto match = outline_->match(point, gate_px)) matched_.push_back(*match);
+    }
+    if (static_cast<int>(matched_.size()) < kMinSupport) return false;
+    sigma_px_ = robust_sigma();
+    linearise();
+    return true;
+  }
+
+  // Moves the pose to where the matched points' distances, taken as linear, are least. None when that leads nowhere,
+  // else how far the outline moved in pixels (root mean square over the matched points).
+  std::optional<double> step() {
+    problem_ = weighted();
     const Vector5d moves = -problem_.normal.ldlt().solve(problem_.gradient);
     move(moves);
     if (!pose_.center_in_cam.allFinite() || !pose_.axis_in_cam.allFinite()) return std::nullopt;
+    last_moves_ = moves;
     return std::sqrt(moves.dot(problem_.normal * moves) / static_cast<double>(matched_.size()));
+  }
+
+  // The matched points' distances from the outline after the last step.
+  void follow_linearly() {
+    std::size_t row = 0;
+    std::array<double, 2> from{};
+    std::array<double, 2> along{};
+    for (const std::size_t side : {kSide0, kSide1}) {
+      from[side] = at_side_ends_[side][0].dot(last_moves_);
+      along[side] = at_side_ends_[side][1].dot(last_moves_) - from[side];
+    }
+    for (OutlineMatch& match : matched_) {
+      match.distance_px += is_side(match.piece) ? from[match.piece] + match.share * along[match.piece]
+                                                : on_bases_[row++].dot(last_moves_);
+    }
+    sigma_px_ = robust_sigma();
   }
 
   [[nodiscard]] bool converged(double moved_px) const {
@@ -128,28 +159,22 @@ class Refinement {
     return {pose_, support, std::sqrt(squares / support)};
   }
 
-  // What the last round saw; its move was the last, too small to see or not.
+  // What the last match saw; the moves since then were too small to see.
   [[nodiscard]] RefinedPose result(const RefineOptions& options) const {
+    std::vector<std::size_t> stations;
+    stations.reserve(matched_.size());
+    for (const OutlineMatch& match : matched_) stations.push_back(outline_->station_of(match));
     RefinedPose refined;
     refined.pose = pose_;
-    refined.covariance = covariance(options);
+    refined.covariance = covariance(options, stations);
     refined.support = static_cast<int>(matched_.size());
     measure_residuals(refined);
-    count_seen(refined);
+    count_seen(refined, stations);
     return refined;
   }
 
  private:
-  // False when too few points match.
-  bool match_all(std::span<const EdgePoint> points, double gate_px) {
-    matched_.clear();
-    for (const EdgePoint& point : points) {
-      if (const auto match = outline_->match(point, gate_px)) matched_.push_back(*match);
-    }
-    if (static_cast<int>(matched_.size()) < kMinSupport) return false;
-    sigma_px_ = robust_sigma();
-    return true;
-  }
+  static bool is_side(OutlinePiece piece) { return piece == kSide0 || piece == kSide1; }
 
   // 1.4826 times the median absolute residual: the standard deviation, unmoved by outliers.
   double robust_sigma() {
@@ -160,20 +185,36 @@ class Refinement {
     return std::max(kMinEdgeSigmaPx, 1.4826 * *middle);
   }
 
-  [[nodiscard]] RoundProblem linearised() const {
-    const DistanceChange change(camera_, pose_);
+  // How the matched points' distances change with the pose: of sides at their ends, of bases point by point.
+  void linearise() {
+    basis_ = TangentBasis(pose_.axis_in_cam);
+    const DistanceChange change(camera_, pose_, basis_);
+    for (const OutlinePiece side : {kSide0, kSide1}) {
+      const Eigen::Vector2d& inward = outline_->sides()[side].normal;
+      for (const std::size_t end : {0U, 1U}) {
+        at_side_ends_[side][end] = change.at(outline_->end_of_side(side, end), inward);
+      }
+    }
+    on_bases_.clear();
+    for (const OutlineMatch& match : matched_) {
+      if (!is_side(match.piece)) on_bases_.push_back(change.at(outline_->point_on_base(match), match.inward));
+    }
+  }
+
+  [[nodiscard]] RoundProblem weighted() const {
     const double per_scale = 1 / (kCauchyScale * sigma_px_);
     RoundProblem problem;
     problem.pull.fill(Vector5d::Zero());
     problem.of_piece.fill(Matrix5d::Zero());
     std::array<SideSums, 2> sides;
+    std::size_t row = 0;
     for (const OutlineMatch& match : matched_) {
       const double scaled = match.distance_px * per_scale;
       const double weight = 1 / (1 + scaled * scaled);
-      if (match.piece == kSide0 || match.piece == kSide1) {
+      if (is_side(match.piece)) {
         sides[match.piece].add(weight, match);
       } else {
-        const Vector5d by_pose = change.at(outline_->point_on_base(match), match.inward);
+        const Vector5d& by_pose = on_bases_[row++];
         const Vector5d weighted = weight * by_pose;
         problem.of_piece[match.piece] += weighted * by_pose.transpose();
         problem.gradient += match.distance_px * weighted;
@@ -181,9 +222,7 @@ class Refinement {
       }
     }
     for (const OutlinePiece side : {kSide0, kSide1}) {
-      const Eigen::Vector2d& inward = outline_->sides()[side].normal;
-      sides[side].add_to(problem, side, change.at(outline_->end_of_side(side, 0), inward),
-                         change.at(outline_->end_of_side(side, 1), inward));
+      sides[side].add_to(problem, side, at_side_ends_[side][0], at_side_ends_[side][1]);
     }
     for (const Matrix5d& piece : problem.of_piece) problem.normal += piece;
     add_prior(problem);
@@ -198,15 +237,15 @@ class Refinement {
   }
 
   void move(const Vector5d& moves) {
-    const TangentBasis basis(pose_.axis_in_cam);
-    const Eigen::Vector3d rotation = moves[3] * basis.first + moves[4] * basis.second;
+    const Eigen::Vector3d rotation = moves[3] * basis_.first + moves[4] * basis_.second;
     pose_.center_in_cam += moves.head<3>();
     pose_.axis_in_cam = (pose_.axis_in_cam + rotation.cross(pose_.axis_in_cam)).normalized();
   }
 
-  [[nodiscard]] Eigen::Matrix<double, 6, 6> covariance(const RefineOptions& options) const {
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> covariance(const RefineOptions& options,
+                                                       std::span<const std::size_t> stations) const {
     const Matrix5d inverse = problem_.normal.ldlt().solve(Matrix5d::Identity());
-    const std::array<PieceScatter, kOutlinePieces> scatters = scatter_of_pieces();
+    const std::array<PieceScatter, kOutlinePieces> scatters = scatter_of_pieces(stations);
     // The prior's share, and of every piece what its points' scatter makes of its share.
     Matrix5d scatter = sigma_px_ * sigma_px_ * problem_.normal;
     for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
@@ -219,11 +258,10 @@ class Refinement {
       const Vector5d moved = common_px * (inverse * problem_.pull[piece]);
       covariance += moved * moved.transpose();
     }
-    const TangentBasis basis(pose_.axis_in_cam);
     Eigen::Matrix<double, 6, 5> to_full = Eigen::Matrix<double, 6, 5>::Zero();
     to_full.topLeftCorner<3, 3>().setIdentity();
-    to_full.block<3, 1>(3, 3) = basis.first;
-    to_full.block<3, 1>(3, 4) = basis.second;
+    to_full.block<3, 1>(3, 3) = basis_.first;
+    to_full.block<3, 1>(3, 4) = basis_.second;
     Eigen::Matrix<double, 6, 6> full = to_full * covariance * to_full.transpose();
     full.bottomRightCorner<3, 3>() += kUnobservableRoll * pose_.axis_in_cam * pose_.axis_in_cam.transpose();
     return full;
@@ -237,31 +275,30 @@ class Refinement {
   // Where points do not err independently (texture behind the part pulls neighbours alike), sums over blocks of
   // neighbours scatter more than sums of independent errors would, and by that much the variance is larger
   // (cluster-robust variance: Liang and Zeger 1986). The five parameters take their share of the scatter away.
-  [[nodiscard]] std::array<PieceScatter, kOutlinePieces> scatter_of_pieces() const {
-    const std::size_t blocks = outline_->stations().size() / kStationsOfBlock + 1;
-    std::array<std::vector<double>, kOutlinePieces> sums;
-    sums.fill(std::vector<double>(blocks));
+  [[nodiscard]] std::array<PieceScatter, kOutlinePieces> scatter_of_pieces(
+      std::span<const std::size_t> stations) const {
+    const std::size_t blocks = outline_->station_count() / kStationsOfBlock + 1;
+    std::vector<double> sums(kOutlinePieces * blocks);  // piece after piece
     std::array<double, kOutlinePieces> weights{};
     std::array<double, kOutlinePieces> squares_of_points{};
     const double per_scale = 1 / (kCauchyScale * sigma_px_);
-    for (const OutlineMatch& match : matched_) {
+    for (std::size_t i = 0; i < matched_.size(); ++i) {
+      const OutlineMatch& match = matched_[i];
       const double scaled = match.distance_px * per_scale;
       const double weight = 1 / (1 + scaled * scaled);
       const double weighted = weight * match.distance_px;
-      sums[match.piece][outline_->station_of(match) / kStationsOfBlock] += weighted;
+      sums[match.piece * blocks + stations[i] / kStationsOfBlock] += weighted;
       weights[match.piece] += weight;
       squares_of_points[match.piece] += weighted * weighted;
     }
-    double used_blocks = 0;
-    for (const auto& of_piece : sums) {
-      used_blocks +=
-          static_cast<double>(of_piece.size()) - static_cast<double>(std::count(of_piece.begin(), of_piece.end(), 0.0));
-    }
+    const auto used_blocks = static_cast<double>(std::ranges::count_if(sums, [](double sum) { return sum != 0; }));
     const double for_parameters = used_blocks > 10 ? used_blocks / (used_blocks - 5) : 2;
     std::array<PieceScatter, kOutlinePieces> scatters{};
     for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
       double squares = 0;
-      for (const double sum : sums[piece]) squares += sum * sum;
+      for (std::size_t block = 0; block < blocks; ++block) {
+        squares += sums[piece * blocks + block] * sums[piece * blocks + block];
+      }
       const double weight = std::max(weights[piece], 1e-9);  // a piece without points has no squares either
       const double variance = std::max(sigma_px_ * sigma_px_, for_parameters * squares / weight);
       scatters[piece] = {variance, std::max(0.0, variance - kClumpedAbove * squares_of_points[piece] / weight)};
@@ -284,10 +321,10 @@ class Refinement {
     refined.rms_px = std::sqrt(all / refined.support);
   }
 
-  void count_seen(RefinedPose& refined) const {
+  void count_seen(RefinedPose& refined, std::span<const std::size_t> matched_stations) const {
     const auto stations = outline_->stations();
     std::vector<bool> hit(stations.size(), false);
-    for (const OutlineMatch& match : matched_) hit[outline_->station_of(match)] = true;
+    for (const std::size_t station : matched_stations) hit[station] = true;
     std::array<int, kOutlinePieces> hits{};
     refined.piece_stations = {};
     for (std::size_t i = 0; i < stations.size(); ++i) {
@@ -310,9 +347,13 @@ class Refinement {
   const PartModel& part_;
   CylinderPose start_;
   CylinderPose pose_;
-  std::optional<Outline> outline_;  // of the pose that the last round started from
+  std::optional<Outline> outline_;  // of the pose that the last match started from
   std::vector<OutlineMatch> matched_;
+  TangentBasis basis_;                                   // at that pose, as are
+  std::array<std::array<Vector5d, 2>, 2> at_side_ends_;  // the changes of the sides' distances and
+  std::vector<Vector5d> on_bases_;                       // those of the points on bases, in their order
   RoundProblem problem_;
+  Vector5d last_moves_ = Vector5d::Zero();
   std::vector<double> distances_;
   double sigma_px_ = 0;
 };
@@ -332,7 +373,8 @@ std::optional<CoarsePose> refine_coarsely(const CameraModel& camera, const PartM
   Refinement refinement(camera, part, start);
   double gate_px = options.first_gate_px;
   for (int round = 0; round < options.rounds; ++round) {
-    const auto moved_px = refinement.solve(points, gate_px);
+    if (!refinement.match(points, gate_px)) return std::nullopt;
+    const auto moved_px = refinement.step();
     if (!moved_px) return std::nullopt;
     if (gate_px <= options.final_gate_px && refinement.converged(*moved_px)) break;
     gate_px = std::max(options.final_gate_px, gate_px / 2);
@@ -344,10 +386,14 @@ std::optional<RefinedPose> refine_finely(const CameraModel& camera, const PartMo
                                          std::span<const EdgePoint> points, const RefineOptions& options) {
   Refinement refinement(camera, part, start);
   for (int round = 0; round < kRoundsWithAll; ++round) {
-    const auto moved_px = refinement.solve(points, options.final_gate_px);
+    if (!refinement.match(points, options.final_gate_px)) return std::nullopt;
+    const auto moved_px = refinement.step();
     if (!moved_px) return std::nullopt;
-    if (refinement.converged(*moved_px)) break;
+    refinement.follow_linearly();
+    if (*moved_px < kLinearPx) break;
   }
+  if (!refinement.step()) return std::nullopt;
+  refinement.follow_linearly();
   return refinement.result(options);
 }
 

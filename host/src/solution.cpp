@@ -3,40 +3,38 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cylpose/axial.hpp>
 #include <cylpose/base_pose.hpp>
+#include <cylpose/line.hpp>
 #include <cylpose/refine.hpp>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <utility>
+
+#include "loop.hpp"
 
 namespace cylpose {
 namespace {
 
-// Edge points by which solutions are compared.
-constexpr std::size_t kPointsToJudge = 400;
-// Edge points this far inside the outline that do not belong to it are clutter.
+// Edge points this far inside the outline that do not belong to it are clutter. So far outside the part's colour should
+// not be seen: an occluder takes of it, but adds none.
 constexpr double kClutterMarginPx = 3;
+// Edge points this far outside belong to something else. That may be the part as well where it has more edges than this
+// share of those on an outline that other things have, too; and than this multiple of those on any outline.
+constexpr double kMaxBeyond = 0.1;
+constexpr double kElsewherePx = 8;
+constexpr double kMaxElsewhere = 0.25;
+constexpr double kMaxElsewhereAtAll = 2;
 // An outline's place that is not seen counts against a pose, but less than an edge that it does not explain: whatever
 // hides the one shows the other.
 constexpr double kUnseenWeight = 0.25;
 // A rating above this needs all of the outline, seen and well explained: nothing else looks like that.
 constexpr double kClearlyRight = 0.85;
-// What a point that does not belong to the outline costs: as much as one that is three standard deviations off it.
-constexpr double kOutlierCost = 4.5;
 // A base whose rim is more than this share of the outline: the view is along the axis, the sides are short.
 constexpr double kMinRimShare = 0.6;
-
-// The outline's area inside the image, taken to be the share of its stations that lie there.
-double visible_area(const CameraModel& camera, const Outline& outline) {
-  const auto stations = outline.stations();
-  const auto inside = std::count_if(stations.begin(), stations.end(), [&](const Outline::Station& station) {
-    const auto& p = station.position_px;
-    return p.x() >= 0 && p.y() >= 0 && p.x() < camera.width && p.y() < camera.height;
-  });
-  return outline.area_px() * static_cast<double>(inside) / static_cast<double>(stations.size());
-}
 
 // The chains' points one after the other, thinned to about `at_most`.
 std::vector<EdgePoint> along_chains(const std::vector<EdgePoint>& points, const std::vector<Chain>& chains,
@@ -46,6 +44,36 @@ std::vector<EdgePoint> along_chains(const std::vector<EdgePoint>& points, const 
     for (const int i : chain) in_order.push_back(points[static_cast<std::size_t>(i)]);
   }
   return thinned(in_order, at_most);
+}
+
+double width_px(const CameraModel& camera, const PartModel& part, const CylinderPose& pose) {
+  return 2 * part.radius_m * camera.fx / pose.center_in_cam.z();
+}
+
+// How much is seen of the side of which less is seen, in widths of the outline.
+double side_seen_in_widths(const CameraModel& camera, const PartModel& part, const Outline& outline,
+                           const RefinedPose& refined) {
+  double least_px = std::numeric_limits<double>::infinity();
+  for (const std::size_t side : {std::size_t{kSide0}, std::size_t{kSide1}}) {
+    const double length_px =
+        (ideal_pixel(camera, outline.end_of_side(side, 0)) - ideal_pixel(camera, outline.end_of_side(side, 1))).norm();
+    const double inside_px = std::min(length_px, kStationSpacingPx * refined.piece_stations[side]);
+    least_px = std::min(least_px, refined.piece_seen[side] * inside_px);
+  }
+  return least_px / width_px(camera, part, refined.pose);
+}
+
+// Whether what is seen of an outline is neither a box's nor a ball's: a rim that bulges, and of both sides more than
+// the touch of a rim.
+bool is_telling(const Outline& outline, const RefinedPose& refined, double side_seen_px, double width_px) {
+  constexpr double kMinSidePx = 8;
+  constexpr double kMinSideOfWidth = 0.125;
+  constexpr double kMinBulgePx = 2;
+  constexpr double kMinRimSeen = 0.5;
+  if (side_seen_px < std::max(kMinSidePx, kMinSideOfWidth * width_px)) return false;
+  return std::ranges::any_of(std::array{std::size_t{0}, std::size_t{1}}, [&](std::size_t base) {
+    return refined.piece_seen[kBase0 + base] >= kMinRimSeen && outline.bulge_px(base) >= kMinBulgePx;
+  });
 }
 
 // The base whose rim is most of the outline, if any.
@@ -62,8 +90,7 @@ bool is_blob(const CameraModel& camera, const PartModel& part, const CylinderPos
   const Eigen::Vector3d half = part.height_m / 2 * pose.axis_in_cam;
   const Eigen::Vector2d length_px =
       ideal_pixel(camera, pose.center_in_cam + half) - ideal_pixel(camera, pose.center_in_cam - half);
-  const double width_px = 2 * part.radius_m * camera.fx / pose.center_in_cam.z();
-  return length_px.norm() < kMaxLengthOfWidth * width_px;
+  return length_px.norm() < kMaxLengthOfWidth * width_px(camera, part, pose);
 }
 
 // How far a side goes on beyond the end at `base`, by the edge points on its line there, in pixels: a longer part than
@@ -109,16 +136,19 @@ void Judge::Hearing::matched(double distance_px) {
   }
 }
 
-void Judge::Hearing::unmatched(bool inside) {
+void Judge::Hearing::unmatched(Place place) {
   residuals_px.push_back(std::numeric_limits<double>::infinity());
-  clutter += inside ? 1 : 0;
+  clutter += place == Place::kInside ? 1 : 0;
+  beyond += place == Place::kBeyond ? 1 : 0;
+  elsewhere += place == Place::kElsewhere ? 1 : 0;
 }
 
 // Variance of the blocks' means over what it would be if neighbours erred independently (survey sampling's design
 // effect).
 double Judge::Hearing::clumping() const {
   if (blocks_ == 0 || squares_ == 0) return kBlock;
-  return std::max(1.0, block_squares_ / blocks_ / (squares_ / count_));
+  const double by_chance = std::sqrt(2.0 / blocks_);  // standard deviation of that ratio for independent errors
+  return std::max(1.0, block_squares_ / blocks_ / (squares_ / count_) - by_chance);
 }
 
 Judge::Judge(const CameraModel& camera, const PartModel& part, const SolveOptions& options,
@@ -128,7 +158,14 @@ Judge::Judge(const CameraModel& camera, const PartModel& part, const SolveOption
       options_(options),
       region_(region),
       points_(points),
-      judges_(along_chains(points, chains, kPointsToJudge)) {}
+      judges_(along_chains(points, chains, kPointsToJudge)) {
+  for (const Chain& chain : chains) {
+    if (const auto enclosed = region_in_loop(points, chain)) {
+      loops_.push_back({static_cast<double>(enclosed->m00), points[static_cast<std::size_t>(chain.front())],
+                        points[static_cast<std::size_t>(chain[chain.size() / 2])]});
+    }
+  }
+}
 
 std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   const auto refined = refine_finely(camera_, part_, coarse.pose, points_, options_.refine);
@@ -174,6 +211,12 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
       fail_if_longer(estimate, *outline, other_base - kBase0);
   }
 
+  const auto place_of = [&](const EdgePoint& point) {
+    using enum Hearing::Place;
+    if (outline->within(point.position_px, kClutterMarginPx)) return kInside;
+    if (outline->beyond(point.position_px, kElsewherePx)) return kElsewhere;
+    return outline->beyond(point.position_px, kClutterMarginPx) ? kBeyond : kAlong;
+  };
   Hearing hearing;
   std::vector<EdgePoint> unexplained;
   for (const EdgePoint& point : judges_) {
@@ -181,13 +224,20 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
       hearing.matched(match->distance_px);
     } else {
       unexplained.push_back(point);
-      hearing.unmatched(outline->within(point.position_px, kClutterMarginPx));
+      hearing.unmatched(place_of(point));
     }
   }
   for (const std::size_t base : {std::size_t{0}, std::size_t{1}}) {
     if (refined->piece_seen[kBase0 + base] < 0.5) fail_if_of_other_length(estimate, refined->pose, base, unexplained);
   }
-  judge(solution, std::move(hearing), visible_area(camera_, *outline));
+  // Inside the image, taken to be the share of its stations that lie there.
+  const double visible_area_px = outline->area_px() * stations / static_cast<double>(outline->station_count());
+  const double width = width_px(camera_, part_, refined->pose);
+  const double side_seen_widths = side_seen_in_widths(camera_, part_, *outline, *refined);
+  solution.shows_sides = side_seen_widths > 1;
+  solution.is_telling = is_telling(*outline, *refined, side_seen_widths * width, width);
+  judge(solution, std::move(hearing), visible_area_px,
+        colored_px([&](const EdgePoint& point) { return place_of(point) == Hearing::Place::kElsewhere; }));
   return solution;
 }
 
@@ -204,7 +254,7 @@ void Judge::fail_if_longer(PoseEstimate& estimate, const Outline& outline, std::
 }
 
 // An occluder hides an end, but it does not show the rim of one at another place: then what is seen is a part of
-// another length. A rim seen so flat that an occluder's straight edge would look the same tells nothing.
+// another length. What fits a straight line better, or is seen so flat that it might, is an occluder's edge.
 void Judge::fail_if_of_other_length(PoseEstimate& estimate, const CylinderPose& pose, std::size_t base,
                                     std::span<const EdgePoint> unexplained) const {
   constexpr double kMinAxisCosine = 0.5;
@@ -237,20 +287,28 @@ void Judge::fail_if_of_other_length(PoseEstimate& estimate, const CylinderPose& 
   const std::size_t rim = kBase0 + base;
   const std::vector<Outline::Station> stations = outline->stations();
   std::vector<bool> seen(stations.size(), false);
+  std::vector<EdgePoint> on_rim;
+  double sum_px = 0;
+  double squares_px = 0;
   for (const EdgePoint& point : unexplained) {
     const auto match = outline->match(point, options_.refine.final_gate_px);
-    if (match && match->piece == rim) seen[outline->station_of(*match)] = true;
+    if (!match || match->piece != rim) continue;
+    seen[outline->station_of(*match)] = true;
+    on_rim.push_back(point);
+    sum_px += match->distance_px;
+    squares_px += match->distance_px * match->distance_px;
   }
-  const ImageLine chord = outline->chord(base);
-  int count = 0;
-  double bulge_px = 0;
-  for (const Outline::Station& station : stations) {
-    if (station.piece != rim) continue;
-    ++count;
-    bulge_px = std::max(bulge_px, -signed_distance(chord, station.position_px));
+  const auto on_rim_count = static_cast<double>(on_rim.size());
+  const auto count = std::ranges::count(stations, static_cast<OutlinePiece>(rim), &Outline::Station::piece);
+  const auto hits = static_cast<double>(std::count(seen.begin(), seen.end(), true));
+  if (on_rim.size() < 3 || outline->bulge_px(base) < kMinBulgePx || hits < kMinRimSeen * static_cast<double>(count)) {
+    return;
   }
-  const auto hits = std::count(seen.begin(), seen.end(), true);
-  if (bulge_px >= kMinBulgePx && static_cast<double>(hits) >= kMinRimSeen * count) {
+  Chain all(on_rim.size());
+  std::iota(all.begin(), all.end(), 0);
+  const double mean_px = sum_px / on_rim_count;
+  const double rms_to_rim_px = std::sqrt(std::max(0.0, squares_px / on_rim_count - mean_px * mean_px));
+  if (rms_to_rim_px < fit_line(on_rim, all).rms_px) {
     fail(estimate, fmt::format("an end is seen at {:.3g} m of the other, the part is {:.3g} m long", other.height_m,
                                part_.height_m));
   }
@@ -274,6 +332,13 @@ std::optional<Solution> Judge::end_on(const FittedEllipse& base) const {
     fail(estimate, fmt::format("seen along its axis, but only {:.0f} % of the near base", 100 * estimate.seen));
   }
 
+  const auto place_of = [&](const EdgePoint& point) {
+    using enum Hearing::Place;
+    const double distance_px = base.ellipse.signed_distance(point.position_px);
+    if (distance_px > kClutterMarginPx) return kInside;
+    if (distance_px < -kElsewherePx) return kElsewhere;
+    return distance_px < -kClutterMarginPx ? kBeyond : kAlong;
+  };
   Hearing hearing;
   for (const EdgePoint& point : judges_) {
     const double distance_px = base.ellipse.signed_distance(point.position_px);
@@ -282,33 +347,54 @@ std::optional<Solution> Judge::end_on(const FittedEllipse& base) const {
     if (matches) {
       hearing.matched(distance_px);
     } else {
-      hearing.unmatched(distance_px > kClutterMarginPx);
+      hearing.unmatched(place_of(point));
     }
   }
   const Eigen::Vector2d half_axes_px = base.ellipse.half_axes_px();
-  judge(solution, std::move(hearing), std::numbers::pi * half_axes_px.prod());
+  judge(solution, std::move(hearing), std::numbers::pi * half_axes_px.prod(),
+        colored_px([&](const EdgePoint& point) { return place_of(point) == Hearing::Place::kElsewhere; }));
   return solution;
 }
 
-void Judge::judge(Solution& solution, Hearing hearing, double area_px) const {
+double Judge::colored_px(const std::function<bool(const EdgePoint&)>& is_elsewhere) const {
+  auto colored = static_cast<double>(region_.m00);
+  for (const Loop& loop : loops_) {
+    if (is_elsewhere(loop.first) && is_elsewhere(loop.halfway)) colored -= loop.area_px;
+  }
+  return colored;
+}
+
+void Judge::judge(Solution& solution, Hearing hearing, double area_px, double colored_px) const {
   PoseEstimate& estimate = solution.estimate;
   const CheckOptions& check = options_.check;
   const double per_judge =
       static_cast<double>(points_.size()) / static_cast<double>(std::max<std::size_t>(1, judges_.size()));
   const double explained = estimate.support / (estimate.support + hearing.clutter * per_judge);
-  const double fill = area_px > 0 ? static_cast<double>(region_.m00) / area_px : 0;
+  const double fill = area_px > 0 ? colored_px / area_px : 0;
+  // The mask's border is known to half a pixel.
+  const double area_of_mask_px = area_px + std::sqrt(std::numbers::pi * area_px);
   solution.unseen = estimate.support / per_judge * (1 - estimate.seen) / std::max(estimate.seen, 0.01);
   solution.rating = estimate.seen * explained / (1 + estimate.rms_px);
   solution.clumping = hearing.clumping();
-  solution.residuals_px = std::move(hearing.residuals_px);
   if (estimate.rms_px > (solution.is_blob ? check.max_blob_rms_px : check.max_rms_px)) {
     fail(estimate, fmt::format("edges {:.2f} px off the outline", estimate.rms_px));
   }
-  const bool is_clear = !solution.is_end_on && solution.rating > kClearlyRight;
-  if (solution.is_blob && !is_clear && fill > check.max_blob_fill) {
-    fail(estimate, fmt::format("seen along its axis, but {:.0f} % more of the part's colour than that shows",
-                               100 * (fill - 1)));
+  const bool is_clear = solution.is_telling && solution.rating > kClearlyRight;
+  if (solution.is_blob && !is_clear && colored_px > check.max_blob_fill * area_of_mask_px) {
+    fail(estimate,
+         fmt::format("seen along its axis, but {:.0f} % more of the part's colour than that shows", 100 * (fill - 1)));
   }
+  if (hearing.beyond > kMaxBeyond * hearing.matched_count()) {
+    fail(estimate, fmt::format("the part's colour is seen beyond the outline, in {:.0f} % as many edges as on it",
+                               100.0 * hearing.beyond / hearing.matched_count()));
+  }
+  if (!solution.is_telling && hearing.elsewhere > kMaxElsewhere * hearing.matched_count()) {
+    fail(estimate, "something else has the part's colour, and a box or a ball could look like this outline");
+  }
+  if (hearing.elsewhere > kMaxElsewhereAtAll * hearing.matched_count()) {
+    fail(estimate, "most of what has the part's colour is something else");
+  }
+  solution.residuals_px = std::move(hearing.residuals_px);
   if (explained < check.min_explained) {
     fail(estimate, fmt::format("outline explains only {:.0f} % of the edges in it", 100 * explained));
   }
@@ -328,7 +414,6 @@ double Judge::misfit(const Solution& solution, double sigma_px) const {
 
 double Judge::evidence(const Solution& a, const Solution& b, double sigma_px) const {
   // So many points count as one; and what they have in common is no noise, but an error that may as well be larger.
-  constexpr double kMaxDistrust = 3;
   const double clumping = std::max(a.clumping, b.clumping);
   return (misfit(b, sigma_px) - misfit(a, sigma_px)) / (clumping * std::min(clumping, kMaxDistrust));
 }

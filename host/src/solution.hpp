@@ -10,6 +10,7 @@
 #include <cylpose/pose.hpp>
 #include <cylpose/pose_solver.hpp>
 #include <cylpose/refine.hpp>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -18,11 +19,13 @@
 namespace cylpose {
 
 struct Solution {
-  PoseEstimate estimate;     ///< the pose, whatever the status; kNone with the self-check's test that it failed
-  bool is_end_on = false;    ///< a base is all that shows
-  bool shows_a_rim = false;  ///< a base's rim is most of what shows
-  bool is_blob = false;      ///< the outline is hardly longer than wide
-  double rating = 0;         ///< of how much is seen and explained, and how tightly; 1 would be perfect
+  PoseEstimate estimate;             ///< the pose, whatever the status; kNone with the self-check's test that it failed
+  bool is_end_on = false;            ///< a base is all that shows
+  bool shows_a_rim = false;          ///< a base's rim is most of what shows
+  bool is_blob = false;              ///< the outline is hardly longer than wide
+  bool shows_sides = false;          ///< both are seen over more than the width: no base hides them
+  bool is_telling = false;           ///< neither a box nor a ball has such an outline
+  double rating = 0;                 ///< of how much is seen and explained, and how tightly; 1 would be perfect
   std::vector<double> residuals_px;  ///< of the judging points; infinite for those that do not belong to the outline
   double unseen = 0;                 ///< places of the outline where no judging point is, as a number of points
   double clumping = 1;               ///< how many neighbouring points err alike: so many count as one
@@ -33,6 +36,13 @@ struct Solution {
 /// Judges the hypotheses of one part in one frame. Keeps references: what it is made from must outlive it.
 class Judge {
  public:
+  /// Edge points by which solutions are compared.
+  static constexpr std::size_t kPointsToJudge = 400;
+  /// What a point that does not belong to the outline costs: as much as one that is three standard deviations off it.
+  static constexpr double kOutlierCost = 4.5;
+  /// By so much differences of misfits are divided at most, for what neighbouring points have in common.
+  static constexpr double kMostDistrust = 48;
+
   /// `chains` index `points`.
   Judge(const CameraModel& camera, const PartModel& part, const SolveOptions& options, const RegionStatistics& region,
         const std::vector<EdgePoint>& points, const std::vector<Chain>& chains);
@@ -51,19 +61,26 @@ class Judge {
   [[nodiscard]] double evidence(const Solution& a, const Solution& b, double sigma_px) const;
 
  private:
+  // So many neighbours may err alike, and what they have in common may be so much larger than it seems.
+  static constexpr int kBlock = 16;
+  static constexpr double kMaxDistrust = 3;
+  static_assert(kBlock * kMaxDistrust == kMostDistrust);
+
   // What the judging points say of an outline, one after the other along the chains.
   class Hearing {
    public:
     void matched(double distance_px);
-    void unmatched(bool inside);
+    enum class Place { kInside, kAlong, kBeyond, kElsewhere };
+    void unmatched(Place place);
     [[nodiscard]] double clumping() const;
+    [[nodiscard]] int matched_count() const { return count_; }
 
-    int clutter = 0;  // inside, but not on the outline
+    int clutter = 0;    // inside, but not on the outline
+    int beyond = 0;     // outside, but near
+    int elsewhere = 0;  // clearly outside
     std::vector<double> residuals_px;
 
    private:
-    static constexpr int kBlock = 16;
-
     int count_ = 0;
     double squares_ = 0;
     int in_block_ = 0;
@@ -77,8 +94,11 @@ class Judge {
   void fail_if_of_other_length(PoseEstimate& estimate, const CylinderPose& pose, std::size_t base,
                                std::span<const EdgePoint> unexplained) const;
 
+  // Coloured pixels, without those of separate things elsewhere: `is_elsewhere` says which points are.
+  [[nodiscard]] double colored_px(const std::function<bool(const EdgePoint&)>& is_elsewhere) const;
+
   // Fills in the share explained, rating and misfit, and lets the tests that all views share decide.
-  void judge(Solution& solution, Hearing hearing, double area_px) const;
+  void judge(Solution& solution, Hearing hearing, double area_px, double colored_px) const;
 
   const CameraModel& camera_;
   const PartModel& part_;
@@ -86,6 +106,14 @@ class Judge {
   const RegionStatistics& region_;
   const std::vector<EdgePoint>& points_;
   std::vector<EdgePoint> judges_;
+
+  // A closed border around something of the part's colour.
+  struct Loop {
+    double area_px;
+    EdgePoint first;
+    EdgePoint halfway;
+  };
+  std::vector<Loop> loops_;
 };
 
 }  // namespace cylpose

@@ -139,6 +139,37 @@ TEST_F(OutlineTest, WithinKeepsItsMargin) {
   EXPECT_TRUE(outline->within({639.5 + half_width + 2.9, 359.5}, -3));
 }
 
+TEST_F(OutlineTest, BeyondIsOutsideByMoreThanTheMargin) {
+  std::mt19937 random(6);
+  for (int i = 0; i < 30; ++i) {
+    const CylinderPose pose = random_pose(random, part);
+    const auto outline = Outline::of(camera, part, pose);
+    ASSERT_TRUE(outline);
+    int wrong = 0;
+    const auto points = exact_points(pose);
+    for (const EdgePoint& point : points) {
+      EXPECT_FALSE(outline->beyond(point.position_px, 1)) << i;
+      EXPECT_FALSE(outline->beyond(point.position_px + 8 * point.inward, 1)) << i;
+      EXPECT_FALSE(outline->beyond(point.position_px - 2 * point.inward, 4)) << i;
+      if (!outline->beyond(point.position_px - 6 * point.inward, 4)) ++wrong;
+    }
+    EXPECT_LE(wrong, static_cast<int>(points.size()) / 20) << i;  // to first order, beside tight bends
+  }
+}
+
+TEST_F(OutlineTest, BulgeIsHowFarTheArcReaches) {
+  // Across the line of sight only perspective makes the rim more than a line; along it half of the base shows.
+  const auto bulge_at = [&](double tilt) {
+    const CylinderPose pose{{0, 0, 2}, Eigen::Vector3d(std::sin(tilt), 0, std::cos(tilt))};
+    const auto outline = Outline::of(camera, part, pose);
+    return std::max(outline->bulge_px(0), outline->bulge_px(1));
+  };
+  const double radius_px = 1215 * 0.05 / 2;
+  EXPECT_LT(bulge_at(1.57), 0.15 * radius_px);
+  EXPECT_NEAR(bulge_at(0.8), std::cos(0.8) * radius_px, 0.25 * radius_px);
+  EXPECT_GT(bulge_at(0.8), 0.5 * radius_px);
+}
+
 TEST_F(OutlineTest, StationsCoverEveryPieceInsideTheOutlinesBox) {
   std::mt19937 random(4);
   const CylinderPose pose = random_pose(random, part);

@@ -18,6 +18,9 @@ namespace cylpose {
 inline constexpr int kOutlinePieces = 4;
 enum OutlinePiece : std::size_t { kSide0 = 0, kSide1 = 1, kBase0 = 2, kBase1 = 3 };
 
+/// Of the places on which is counted what share of an outline is seen; short pieces have more, long ones fewer.
+inline constexpr double kStationSpacingPx = 3;
+
 /// The place on the outline that belongs to an edge point.
 struct OutlineMatch {
   OutlinePiece piece;
@@ -39,12 +42,14 @@ class Outline {
   [[nodiscard]] Eigen::Vector3d point_on_base(const OutlineMatch& match) const;
   [[nodiscard]] Eigen::Vector3d end_of_side(std::size_t side, std::size_t base) const;
 
-  /// Places spread evenly over each piece, some pixels apart: what share of the outline is seen is counted on them.
+  /// Places spread evenly over each piece, about kStationSpacingPx apart: what share of the outline is seen is counted
+  /// on them.
   struct Station {
     OutlinePiece piece;
     Eigen::Vector2d position_px;
   };
   [[nodiscard]] std::vector<Station> stations() const;
+  [[nodiscard]] std::size_t station_count() const;
 
   /// Index of the station nearest to a match.
   [[nodiscard]] std::size_t station_of(const OutlineMatch& match) const;
@@ -52,14 +57,17 @@ class Outline {
   /// The two sides as image lines, normals pointing into the part.
   [[nodiscard]] const std::array<ImageLine, 2>& sides() const { return sides_; }
 
-  /// The line through the two points of touch of base 0 or 1, its normal pointing away from the arc.
-  [[nodiscard]] const ImageLine& chord(std::size_t base) const { return chords_[base]; }
+  /// How far the arc of base 0 or 1 reaches beyond the line through its two points of touch, in pixels.
+  [[nodiscard]] double bulge_px(std::size_t base) const;
 
   /// Area inside the outline in square pixels, parts outside the image included.
   [[nodiscard]] double area_px() const;
 
   /// True when the place is inside the outline, at least `margin_px` away from both sides (negative: outside by that).
   [[nodiscard]] bool within(const Eigen::Vector2d& position_px, double margin_px) const;
+
+  /// True when the place is outside by more than `margin_px`.
+  [[nodiscard]] bool beyond(const Eigen::Vector2d& position_px, double margin_px) const;
 
  private:
   // The image of a base's circle: middle + (cos a by_cosine + sin a by_sine) / (1 + w . (cos a, sin a)).
@@ -74,8 +82,17 @@ class Outline {
       Eigen::Vector2d tangent;  // pixels per radian
     };
     [[nodiscard]] Place at(const Eigen::Vector2d& on_circle) const;
-    [[nodiscard]] Eigen::Vector2d first_guess(const Eigen::Vector2d& position_px, double max_distance_px,
-                                              double cosine_sign) const;
+    struct InCircle {
+      Eigen::Vector2d place;
+      double squared;            // of the distance from the middle
+      Eigen::Vector2d slope;     // of that, per pixel
+      double on_flat;            // the place along by_sine where the ellipse is flat
+      double thickness_squared;  // pixels, of half the ellipse across by_sine
+    };
+    [[nodiscard]] InCircle in_circle(const Eigen::Vector2d& position_px) const;
+    [[nodiscard]] double outside_px(const Eigen::Vector2d& position_px) const;
+    [[nodiscard]] std::optional<Eigen::Vector2d> first_guess(const Eigen::Vector2d& position_px, double max_distance_px,
+                                                             double cosine_sign) const;
   };
 
   Outline(const CameraModel& camera, const PartModel& part, const CylinderPose& pose, const OutlineArcs& arcs);

@@ -26,8 +26,7 @@ struct CheckOptions {
   double max_rms_px = 0.6;
   /// The same where the outline is hardly longer than wide (views along the axis): many things look like that.
   double max_blob_rms_px = 0.4;
-  /// Coloured pixels per pixel of such an outline. Above: what is seen is larger, or something else of the part's colour
-  /// is about that may as well be meant.
+  /// Coloured pixels per pixel of such an outline, separate things elsewhere left out. Above: what is seen is larger.
   double max_blob_fill = 1.1;
   /// Where one base is hidden (seen less than `min_side_seen`), the other one's curvature is all that tells the part's
   /// side from the edge of an occluder that lies along it: root mean square distance of that base's points in pixels.
@@ -44,8 +43,8 @@ struct CheckOptions {
   /// too short to be asked for. Range 0..1.
   double min_rim_seen = 0.8;
   /// How much likelier than any other pose far from it (10 degrees or a fourth of the height) a pose must be by its
-  /// residuals: the logarithm of the ratio, neighbouring points that err alike counted as one (> 0). Lower gives more
-  /// poses, and with badly located edges wrong ones.
+  /// residuals, whether the other one passes the tests above or not: the logarithm of the ratio, neighbouring points
+  /// that err alike counted as one (> 0). Lower gives more poses, and with badly located edges wrong ones.
   double min_evidence = 6;
 
   [[nodiscard]] bool is_valid(std::string* why) const;
