@@ -248,7 +248,7 @@ std::optional<std::int64_t> crossing(const Profile& profile, const Light& channe
     const std::int64_t next = sum_at(k + step);
     if ((next > 0) != inward) {
       const std::int64_t share = zero_between(sum_at(k - step), here, next, sum_at(k + 2 * step));
-      return k * kSubpixel + step * share + filter.border;
+      return std::int64_t{k} * kSubpixel + step * share + filter.border;
     }
     here = next;
   }
@@ -316,7 +316,7 @@ std::int64_t offset_by_limb(const Profile& profile, const Line& line, const Ligh
     const std::int64_t before = slope(steepest - 1);
     const std::int64_t after = slope(steepest + 1);
     if (before > peak || after > peak || 2 * peak == before + after) return 0;
-    border = steepest * kSubpixel - kSubpixel / 2 +
+    border = std::int64_t{steepest} * kSubpixel - kSubpixel / 2 +
              rounded_quotient((after - before) * (kSubpixel / 2), 2 * peak - before - after);
   }
   const std::int64_t offset = line.to_normal(*border);

@@ -24,7 +24,7 @@ inline constexpr double kLocateReach = 3.5;
 /// the part's own light along c is asked, and where B is not even, the channel in which B is zero however bright it is.
 /// Toward the border that light falls off by shading, and not in a known way: another filter is zero on the border for
 /// a step, for a falloff by the square root of the depth, and for anything between. Its bias is a few hundredths of a
-/// pixel; it grows where fewer than 20 px lie between border and axis, and with a blur above 1.2 px. Where it has no
+/// pixel; it grows where fewer than 20 px lie between border and axis, and with a blur above 1 px. Where it has no
 /// zero near the largest slope, or a terminator lies near the border, the largest slope is taken; where light does not
 /// rise inward, the offset is 0.
 ///

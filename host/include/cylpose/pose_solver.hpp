@@ -30,7 +30,7 @@ struct CheckOptions {
   double max_blob_fill = 1.1;
   /// Where one base is hidden (seen less than `min_side_seen`), the other one's curvature is all that tells the part's
   /// side from the edge of an occluder that lies along it: root mean square distance of that base's points in pixels.
-  double max_lone_base_rms_px = 0.45;
+  double max_lone_base_rms_px = 0.1;
   /// How far both sides may go on beyond a base that is not seen, as a share of the part's length in the picture: what
   /// is longer than the part is not the part (> 0).
   double max_overrun = 0.15;
