@@ -158,14 +158,8 @@ Judge::Judge(const CameraModel& camera, const PartModel& part, const SolveOption
       options_(options),
       region_(region),
       points_(points),
-      judges_(along_chains(points, chains, kPointsToJudge)) {
-  for (const Chain& chain : chains) {
-    if (const auto enclosed = region_in_loop(points, chain)) {
-      loops_.push_back({static_cast<double>(enclosed->m00), points[static_cast<std::size_t>(chain.front())],
-                        points[static_cast<std::size_t>(chain[chain.size() / 2])]});
-    }
-  }
-}
+      chains_(chains),
+      judges_(along_chains(points, chains, kPointsToJudge)) {}
 
 std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   const auto refined = refine_finely(camera_, part_, coarse.pose, points_, options_.refine);
@@ -358,8 +352,10 @@ std::optional<Solution> Judge::end_on(const FittedEllipse& base) const {
 
 double Judge::colored_px(const std::function<bool(const EdgePoint&)>& is_elsewhere) const {
   auto colored = static_cast<double>(region_.m00);
-  for (const Loop& loop : loops_) {
-    if (is_elsewhere(loop.first) && is_elsewhere(loop.halfway)) colored -= loop.area_px;
+  for (const Chain& chain : chains_) {
+    const auto at = [&](std::size_t i) -> const EdgePoint& { return points_[static_cast<std::size_t>(chain[i])]; };
+    if (!is_elsewhere(at(0)) || !is_elsewhere(at(chain.size() / 2))) continue;
+    if (const auto thing = region_in_loop(points_, chain)) colored -= static_cast<double>(thing->m00);
   }
   return colored;
 }
