@@ -72,7 +72,7 @@ std::string bash_completion(const CLI::App& app) {
       std::vector<std::string> patterns = dashed_names(*option);
       dashed.insert(dashed.end(), patterns.begin(), patterns.end());
       if (value.kind == OptionValue::Kind::kNone) continue;
-      for (std::string& pattern : patterns) pattern = command->get_name() + ":" + pattern;
+      for (std::string& pattern : patterns) pattern.insert(0, command->get_name() + ":");
       values += fmt::format("    {}) {}{}return ;;\n", fmt::join(patterns, " | "), action_of(value),
                             action_of(value).empty() ? "" : "; ");
     }

@@ -260,7 +260,7 @@ void add_estimate_command(CLI::App& app) {
       *command,
       {"cylpose estimate --camera camera.yaml --parts parts.yaml --overlay overlay --output poses.csv video.mp4",
        "cylpose estimate --camera camera.yaml --parts parts.yaml --output poses.csv --report report.html frames/",
-       "cylpose estimate --camera camera.yaml --parts parts.yaml --filter --live --show /dev/video0"});
+       "cylpose estimate --camera camera.yaml --parts parts.yaml --filter --live --serve 8080 /dev/video0"});
   const auto arguments = std::make_shared<Arguments>();
   add_cluster_backend(*command, arguments->cluster);
   command
@@ -317,9 +317,10 @@ void add_estimate_command(CLI::App& app) {
   command->add_flag("--show", arguments->show, "Show the overlay in a window; q or Escape ends the run");
   CLI::Option* serve =
       command
-          ->add_option("--serve", arguments->serve,
-                       "Show the run while it goes on, on a page for browsers; port 0 is any that is free")
-          ->check(CLI::Range(0, 65535))
+          ->add_option(
+              "--serve", arguments->serve,
+              "Show the run while it goes on, on a page for browsers; port 0 is any that is free (default: no page)")
+          ->check(CLI::Range(0, 65535).description(""))
           ->type_name("PORT");
   command
       ->add_option("--serve-address", arguments->serve_address,

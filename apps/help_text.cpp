@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <sstream>
+#include <utility>
 
 #include "commands.hpp"
 

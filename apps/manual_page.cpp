@@ -130,7 +130,7 @@ std::string see_also(const CLI::App& app, const CLI::App* here) {
 }  // namespace
 
 std::string manual_page(const CLI::App& app) {
-  const std::string name = app.get_name();
+  const std::string& name = app.get_name();
   std::string description = app.get_description();
   if (description.starts_with(name + ": ")) description.erase(0, name.size() + 2);
   std::string text = header(name, description) +

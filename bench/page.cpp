@@ -52,7 +52,7 @@ std::string times_html(const BenchRun& run, const CaseGrid& grid) {
 }
 
 std::string color_of(const std::vector<std::string>& names, const std::string& stage) {
-  constexpr std::ptrdiff_t kColors = 12;
+  constexpr std::ptrdiff_t kColors = 16;  // in page.css
   return fmt::format("stage-{}", (std::ranges::find(names, stage) - names.begin()) % kColors);
 }
 

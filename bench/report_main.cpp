@@ -1,4 +1,4 @@
-// cylpose_bench_report: tables and pictures from the files that cylpose_bench writes.
+// cylpose_bench_report: tables, pictures and pages from the files that cylpose_bench writes.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -73,12 +73,12 @@ int compare(const CompareArguments& arguments) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app{"Tables and pictures from the files that cylpose_bench writes."};
+  CLI::App app{"Tables, pictures and pages from the files that cylpose_bench writes."};
   app.require_subcommand(1);
   app.footer("Exit codes: 0 success, 1 slower, 2 usage, or a file that cannot be used.");
 
   RunArguments one;
-  CLI::App* run_command = app.add_subcommand("run", "One run as text and as a picture.");
+  CLI::App* run_command = app.add_subcommand("run", "One run as text, as a picture and as a page.");
   run_command->add_option("RUN", one.run, "JSON of cylpose_bench")->required();
   run_command->add_option("--table", one.table, "text file to write")->required();
   run_command->add_option("--picture", one.picture, "picture to write")->required();

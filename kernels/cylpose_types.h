@@ -27,7 +27,7 @@ using CylU64 = std::uint64_t;
 //        0                       width
 //      0 +-------------------------+
 //        |                         |
-//        |.........................| image_row    the image buffer starts here (locating looks 12 rows around an edge)
+//        |.........................| image_row    the image buffer starts here (locating looks 14 rows around an edge)
 //        |- - - - - - - - - - - - -| plane_row    the bit planes start here: first_row - 4, cut to the rectangle
 //        |=========================| first_row
 //        |    rows of this run     |

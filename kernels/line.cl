@@ -64,6 +64,35 @@ static const global uchar* pixel_of_line(const Line* line, int k) {
   return line->origin + clamp(k, line->first, line->last) * line->step;
 }
 
+// The line with the one on either side, moved along by whole pixels so that a straight border crosses all three near
+// the same place.
+typedef struct {
+  Line middle;
+  long before;  // bytes from the middle line's pixel to its neighbour's
+  long after;
+  int shift;  // of the line after, in pixels inward; the one before goes the other way
+} Lines;
+
+static Lines lines_through(const global uchar* image, const KernelFrame* frame, int x, int y, int gx, int gy,
+                           int cosine) {
+  const bool along_row = abs(gx) >= abs(gy);
+  const int along = along_row ? gx : gy;
+  const int across = along_row ? gy : gx;
+  const int at = along_row ? y : x;
+  const int size = along_row ? frame->height : frame->width;
+  const long next = along_row ? frame->image_stride : CYL_CHANNELS;
+  Lines lines;
+  lines.middle = line_through(image, frame, x, y, gx, gy, cosine);
+  lines.before = at > 0 ? -next : 0;
+  lines.after = at + 1 < size ? next : 0;
+  lines.shift = 2 * abs(across) <= abs(along) ? 0 : across < 0 ? 1 : -1;
+  return lines;
+}
+
+static const global uchar* pixel_beside(const Lines* lines, int side, int k) {
+  return pixel_of_line(&lines->middle, k + side * lines->shift) + (side < 0 ? lines->before : lines->after);
+}
+
 static int red_of(const global uchar* pixel) {
   return pixel[CYL_CHANNELS == 1 ? 0 : CYL_RED];
 }

@@ -1,28 +1,28 @@
 // Where the border lies beside each edge pixel: sets KernelEdge::offset_256.
 //
-// A work-item takes edges in turns. It reads the light along the edge's line (line.cl) once and looks at it through
-// two windows, a wide one for where the border may be and a narrow one around where it was found:
+// A work-item takes edges in turns. It reads the light along the edge's line (line.cl) and the line on either side, as
+// far as it needs, and looks for the place where a filter of eight weights sums up to zero:
 //
-//   k =  -12 ... -9 -8 ... -5 -4 -3 -2 -1  0  1  2  3 ... 8
-//                    b  b  b  o  o  o  o  o  i  i  i            wide: background b, window o and i
-//                 b  b  b  b  o  o  m  i  i                     narrow, middle m
+//   k =  -11 ... -8 -7 -6 -5 -4 -3 -2 -1  0  1  2  3  4  5 ... 13     pixels of the line
+//                 b  b  b  b                                        background (for a line along the gradient)
+//                             -  -  +  +  +  +  -  -                share filter, in the channel that the part has not
+//                                   +  -  -  +  +  +  -  -          limb filter, in one that the outside has not
 //
-// (for a line along the gradient; others are up to sqrt(2) longer). host/src/locate.cpp says why.
-// Border rule: that of line.cl.
+// host/src/locate.cpp says why. Border rule: that of line.cl.
 
-#define CYL_OUTWARD (4 * CYL_UNIT)    // from the edge pixel: all background from here outward
-#define CYL_BLUR (2 * CYL_UNIT)       // from the border: hardly any mixed light farther away
-#define CYL_REACH (5 * CYL_UNIT / 2)  // from the edge pixel: no border is looked for farther away
-#define CYL_BACKGROUND_PIXELS 4
+#define CYL_OUTWARD (4 * CYL_UNIT)    // from the edge pixel: hardly any of the part's light from here outward
+#define CYL_REACH (7 * CYL_UNIT / 2)  // from the edge pixel: no border is looked for farther away
+#define CYL_BACKGROUND_PIXELS 4       // beyond CYL_OUTWARD, for the background's colour
+#define CYL_NEAREST 2                 // pixels from the border between which the background is judged
+#define CYL_FARTHEST 6
 #define CYL_NOT_FOUND INT_MIN
 
-// The pixel farthest from the edge pixel in a window, and room for the pixels of a profile: those up to the farthest
-// on both sides, the background, and what a vector of a window reads beyond.
-#define CYL_FARTHEST 9
-#define CYL_PROFILE (2 * CYL_FARTHEST + CYL_BACKGROUND_PIXELS + 1 + 16)
+// As far as anything looks along a diagonal.
+#define CYL_FIRST (-11)
+#define CYL_LAST 13
 
-// A colour or a direction in the space of colours. Light is at most 65535 a pixel, so its components and those of w
-// below fit 32 bits; products take 64.
+// Light, at most 65535 a pixel; or a channel, a direction in the space of colours with components of at most 13 bits
+// and a sign. A product of the two, summed over the colours, fits 32 bits.
 typedef struct {
   int r;
   int g;
@@ -30,36 +30,66 @@ typedef struct {
 } Light;
 
 typedef struct {
-  int outermost;  // k of the first pixel
-  int r[CYL_PROFILE];
-  int g[CYL_PROFILE];
-  int b[CYL_PROFILE];
+  long r;
+  long g;
+  long b;
+} WideLight;
+
+// The light along a line; it counts twice, and its neighbours once.
+typedef struct {
+  const Lines* lines;
+  const global ushort* light;
+  int first;  // k of the pixels read so far
+  int last;
+  int r[CYL_LAST - CYL_FIRST + 1];  // from pixel CYL_FIRST on
+  int g[CYL_LAST - CYL_FIRST + 1];
+  int b[CYL_LAST - CYL_FIRST + 1];
 } Profile;
 
-static long dot_light(Light a, Light b) {
-  return (long)a.r * b.r + (long)a.g * b.g + (long)a.b * b.b;
+static void read_pixel(Profile* profile, int k) {
+  const Lines* lines = profile->lines;
+  const global ushort* light = profile->light;
+  const global uchar* before = pixel_beside(lines, -1, k);
+  const global uchar* middle = pixel_of_line(&lines->middle, k);
+  const global uchar* after = pixel_beside(lines, 1, k);
+  const int i = k - CYL_FIRST;
+  profile->r[i] = (light[red_of(before)] + 2 * light[red_of(middle)] + light[red_of(after)]) / 4;
+  profile->g[i] = (light[green_of(before)] + 2 * light[green_of(middle)] + light[green_of(after)]) / 4;
+  profile->b[i] = (light[blue_of(before)] + 2 * light[blue_of(middle)] + light[blue_of(after)]) / 4;
 }
 
-static Light light_at(const Profile* profile, int k) {
-  const int i = k - profile->outermost;
-  const Light light = {profile->r[i], profile->g[i], profile->b[i]};
+// Reads what is missing of the pixels first to last.
+static void read_up_to(Profile* profile, int first, int last) {
+  while (profile->first > first) read_pixel(profile, --profile->first);
+  while (profile->last < last) read_pixel(profile, ++profile->last);
+}
+
+static WideLight wide_light_at(const Profile* profile, int k) {
+  const int i = k - CYL_FIRST;
+  const WideLight light = {profile->r[i], profile->g[i], profile->b[i]};
   return light;
 }
 
-static void read_profile(Profile* profile, const Line* line, const global ushort* light) {
-  // How far a window around a border that is just in reach goes.
-  const int recentred = pixels_along(line, CYL_REACH) + 1 + pixels_along(line, CYL_BLUR);
-  profile->outermost = -max(pixels_along(line, CYL_OUTWARD), recentred) - CYL_BACKGROUND_PIXELS;
-  const int count = max(pixels_along(line, CYL_INWARD), recentred) - profile->outermost + 1;
-  for (int i = 0; i < count; ++i) {
-    const global uchar* pixel = pixel_of_line(line, profile->outermost + i);
-    profile->r[i] = light[red_of(pixel)];
-    profile->g[i] = light[green_of(pixel)];
-    profile->b[i] = light[blue_of(pixel)];
-  }
-  vstore16((int16)0, 0, profile->r + count);
-  vstore16((int16)0, 0, profile->g + count);
-  vstore16((int16)0, 0, profile->b + count);
+static long dot_wide(WideLight a, WideLight b) {
+  return a.r * b.r + a.g * b.g + a.b * b.b;
+}
+
+// What is perpendicular to `other` in `light`, times the square of `other`.
+static WideLight perpendicular(WideLight light, WideLight other) {
+  const long squared = dot_wide(other, other);
+  const long along = dot_wide(light, other);
+  const WideLight rest = {light.r * squared - along * other.r, light.g * squared - along * other.g,
+                          light.b * squared - along * other.b};
+  return rest;
+}
+
+// The same direction as a channel.
+static Light narrowed(WideLight direction) {
+  const int bits = 13;
+  const ulong largest = max(max(abs(direction.r), abs(direction.g)), abs(direction.b));
+  const int surplus = max(64 - (int)clz(largest) - bits, 0);
+  const Light channel = {(int)(direction.r >> surplus), (int)(direction.g >> surplus), (int)(direction.b >> surplus)};
+  return channel;
 }
 
 // The part's colour direction, largest component CYL_UNIT; all zero where no pixel shows it.
@@ -76,72 +106,99 @@ static Light color_of_part(const global ColorSum* sum) {
   return color;
 }
 
-// The colour direction with what follows from it alone.
+// The light of a pixel in a channel, so that a filter's sum fits 32 bits.
+#define CYL_LEVEL_CUT 9
+
+static int level_at(const Profile* profile, Light channel, int k) {
+  const int i = k - CYL_FIRST;
+  return (profile->r[i] * channel.r + profile->g[i] * channel.g + profile->b[i] * channel.b) >> CYL_LEVEL_CUT;
+}
+
+// Weights for eight pixels, the first one `first` pixels from where the filter stands. When their sum is zero there,
+// the border is `border` away, in 1/CYL_SUBPIXEL.
 typedef struct {
-  Light direction;
-  long squared;
-  ulong divisor;     // squared * CYL_BACKGROUND_PIXELS
-  ulong reciprocal;  // floor((2^64 - 1) / divisor)
-} PartColor;
+  int8 weights;
+  int first;
+  int border;
+} BorderFilter;
 
-static PartColor part_color_of(const global ColorSum* sum) {
-  PartColor color;
-  color.direction = color_of_part(sum);
-  color.squared = dot_light(color.direction, color.direction);
-  color.divisor = max((ulong)color.squared * CYL_BACKGROUND_PIXELS, 1UL);
-  color.reciprocal = ~0UL / color.divisor;
-  return color;
+static BorderFilter share_filter(void) {
+  const BorderFilter filter = {(int8)(-2, -2, 1, 3, 3, 1, -2, -2), -4, -CYL_SUBPIXEL / 2};
+  return filter;
 }
 
-// A component of the outside's colour without its share along the part's, in 1/64 of a unit of light; rounded as by
-// rounded_quotient. The product with the reciprocal is the quotient or one less: numerators are below 2^52.
-static int orthogonal(int of_outside, int of_color, long along, const PartColor* color) {
-  const long numerator = (of_outside * color->squared - along * of_color) * 64;
-  const ulong magnitude = (ulong)(numerator >= 0 ? numerator : -numerator) + color->divisor / 2;
-  ulong quotient = mul_hi(magnitude, color->reciprocal);
-  if (magnitude - quotient * color->divisor >= color->divisor) ++quotient;
-  return numerator >= 0 ? (int)quotient : -(int)quotient;
+static BorderFilter limb_filter(void) {
+  const BorderFilter filter = {(int8)(131, -134, -100, 42, 112, 38, -29, -60), -2, -CYL_SUBPIXEL / 2};
+  return filter;
 }
 
-// Sum over eight pixels from index i on, of which the first `count` are in the window.
-static long clamped_sum(const Profile* profile, int i, int count, Light w, long lowest, long highest) {
-  const long8 r = convert_long8(vload8(0, profile->r + i));
-  const long8 g = convert_long8(vload8(0, profile->g + i));
-  const long8 b = convert_long8(vload8(0, profile->b + i));
-  const long8 shares = r * (long8)w.r + g * (long8)w.g + b * (long8)w.b;
-  const long8 in_window = (long8)(0, 1, 2, 3, 4, 5, 6, 7) < (long8)count;
-  const long8 clamped = min(max(shares, (long8)lowest), (long8)highest) & in_window;
-  const long4 four = clamped.lo + clamped.hi;
-  const long2 two = four.lo + four.hi;
+static int sum_at(Profile* profile, Light channel, const BorderFilter* filter, int k) {
+  const int first = k + filter->first;
+  read_up_to(profile, first, first + 7);
+  const int8 r = vload8(0, profile->r + first - CYL_FIRST);
+  const int8 g = vload8(0, profile->g + first - CYL_FIRST);
+  const int8 b = vload8(0, profile->b + first - CYL_FIRST);
+  const int8 levels = (r * (int8)channel.r + g * (int8)channel.g + b * (int8)channel.b) >> (int8)CYL_LEVEL_CUT;
+  const int8 weighted = levels * filter->weights;
+  const int4 four = weighted.lo + weighted.hi;
+  const int2 two = four.lo + four.hi;
   return two.x + two.y;
 }
 
-// Where the outside ends on the line, in 1/CYL_SUBPIXEL from the edge pixel inward, judged from `outward` pixels
-// before and `inward` behind the pixel `middle`.
-static int crossing_by_share(const Profile* profile, const PartColor* color, int middle, int outward, int inward) {
-  const int first = middle - outward;
-  Light outside = {0, 0, 0};
-  for (int k = first - CYL_BACKGROUND_PIXELS; k < first; ++k) {
-    const Light pixel = light_at(profile, k);
-    outside.r += pixel.r;
-    outside.g += pixel.g;
-    outside.b += pixel.b;
-  }
-  const Light direction = color->direction;
-  const long along = dot_light(outside, direction);
-  Light w;
-  w.r = orthogonal(outside.r, direction.r, along, color);
-  w.g = orthogonal(outside.g, direction.g, along, color);
-  w.b = orthogonal(outside.b, direction.b, along, color);
-  const long least_contrast = 300 * 64;
-  if (dot_light(w, w) < least_contrast * least_contrast) return CYL_NOT_FOUND;
+// Where a function with these values at -1, 0, 1 and 2 is zero between 0 and 1, in 1/CYL_SUBPIXEL: the zero of the
+// chord, moved by one Newton step on the cubic through all four.
+static int zero_between(long before, long here, long next, long beyond) {
+  const long drop = (long)(abs(here) + abs(next));
+  const long share = rounded_quotient((long)abs(here) * CYL_SUBPIXEL, drop);
+  const long bend = before - here - next + beyond;
+  const long twist = beyond - before + 3 * (here - next);
+  const long half_pixel = CYL_SUBPIXEL / 2;
+  const long excess = share * (share - CYL_SUBPIXEL) * (3 * half_pixel * bend + (share - half_pixel) * twist);
+  const long farthest = CYL_SUBPIXEL / 8;
+  const long step = rounded_quotient(here > 0 ? excess : -excess, 12 * half_pixel * CYL_SUBPIXEL * drop);
+  return (int)(share + clamp(step, -farthest, farthest));
+}
 
-  const long full = dot_light(w, outside) / CYL_BACKGROUND_PIXELS;
-  const int count = outward + inward + 1;
-  const int i = first - profile->outermost;
-  long sum = clamped_sum(profile, i, count, w, -full / 2, full + full / 2);
-  if (count > 8) sum += clamped_sum(profile, i + 8, count - 8, w, -full / 2, full + full / 2);
-  return first * CYL_SUBPIXEL - CYL_SUBPIXEL / 2 + (int)rounded_quotient(sum * CYL_SUBPIXEL, full);
+// Where the border crosses the line, in 1/CYL_SUBPIXEL from the edge pixel inward: the filter's sum goes from positive
+// to negative there. Looked for from the pixel `start` on, at most `steps` pixels away.
+static int crossing(Profile* profile, Light channel, const BorderFilter* filter, int start, int steps) {
+  int here = sum_at(profile, channel, filter, start);
+  const bool inward = here > 0;
+  const int step = inward ? 1 : -1;
+  for (int k = start; k != start + steps * step; k += step) {
+    const int next = sum_at(profile, channel, filter, k + step);
+    if ((next > 0) != inward) {
+      const int before = sum_at(profile, channel, filter, k - step);
+      const int beyond = sum_at(profile, channel, filter, k + 2 * step);
+      const int share = zero_between(before, here, next, beyond);
+      return k * CYL_SUBPIXEL + step * share + filter->border;
+    }
+    here = next;
+  }
+  return CYL_NOT_FOUND;
+}
+
+// The outside near a border: how much its levels differ, and how far it stands out from the inside. `mirrored`: with
+// the levels at equal distances inside added.
+typedef struct {
+  int spread;
+  int height;
+} Outside;
+
+static Outside outside_of(Profile* profile, Light channel, int border, bool mirrored) {
+  read_up_to(profile, border - CYL_FARTHEST, border + CYL_FARTHEST);
+  int lowest = INT_MAX;
+  int highest = INT_MIN;
+  int height = 0;
+  for (int k = CYL_NEAREST; k <= CYL_FARTHEST; ++k) {
+    const int inside = level_at(profile, channel, border + k);
+    const int outside = level_at(profile, channel, border - k) + (mirrored ? inside : 0);
+    lowest = min(lowest, outside);
+    highest = max(highest, outside);
+    height += mirrored ? outside : inside - outside;
+  }
+  const Outside result = {highest - lowest, height};
+  return result;
 }
 
 // A place on the line as an offset along the gradient; CYL_NOT_FOUND out of reach.
@@ -151,62 +208,116 @@ static int offset_of(const Line* line, int crossing) {
   return offset < -reach || offset > reach ? CYL_NOT_FOUND : offset;
 }
 
-static int offset_by_share(const Profile* profile, const Line* line, const PartColor* color) {
-  const int coarse = crossing_by_share(profile, color, 0, pixels_along(line, CYL_OUTWARD),
-                                       pixels_along(line, CYL_INWARD));
-  if (coarse == CYL_NOT_FOUND || offset_of(line, coarse) == CYL_NOT_FOUND) return CYL_NOT_FOUND;
-  const int middle = (int)rounded_quotient(coarse, CYL_SUBPIXEL);
-  const int half_width = pixels_along(line, CYL_BLUR);
-  const int fine = crossing_by_share(profile, color, middle, half_width, half_width);
-  return fine == CYL_NOT_FOUND ? CYL_NOT_FOUND : offset_of(line, fine);
-}
-
 // Between pixels k - 1 and k.
-static long slope_at(const Profile* profile, Light direction, int k) {
-  return dot_light(light_at(profile, k), direction) - dot_light(light_at(profile, k - 1), direction);
+static int slope_at(const Profile* profile, Light channel, int k) {
+  return level_at(profile, channel, k) - level_at(profile, channel, k - 1);
 }
 
-static int offset_by_slope(const Profile* profile, const Line* line, Light direction) {
-  const int innermost = pixels_along(line, CYL_INWARD) - 1;
-  int best = -innermost;
-  long peak = slope_at(profile, direction, best);
-  for (int k = best + 1; k <= innermost; ++k) {
-    const long slope = slope_at(profile, direction, k);
+static int three_levels(const Profile* profile, Light channel, int k) {
+  return level_at(profile, channel, k) + level_at(profile, channel, k + 1) + level_at(profile, channel, k + 2);
+}
+
+// Whether the light inside of a slope goes on to rise, and does so as straight as no limb.
+static bool is_ramp(Profile* profile, Light channel, int steepest) {
+  read_up_to(profile, steepest - 3, steepest + 8);
+  const int near_sum = three_levels(profile, channel, steepest);
+  const int middle_sum = three_levels(profile, channel, steepest + 3);
+  const int far_sum = three_levels(profile, channel, steepest + 6);
+  const int outside_sum = 3 * level_at(profile, channel, steepest - 3);
+  return 3 * (far_sum - near_sum) > near_sum - outside_sum &&
+         8 * (2 * middle_sum - near_sum - far_sum) < far_sum - near_sum;
+}
+
+static int offset_by_limb(Profile* profile, Light channel) {
+  const Line* line = &profile->lines->middle;
+  const int reach = pixels_along(line, CYL_REACH);
+  read_up_to(profile, -reach - 2, reach + 1);
+  int steepest = -reach;
+  int peak = slope_at(profile, channel, steepest);
+  for (int k = -reach + 1; k <= reach; ++k) {
+    const int slope = slope_at(profile, channel, k);
     if (slope > peak) {
       peak = slope;
-      best = k;
+      steepest = k;
     }
   }
-  const long before = slope_at(profile, direction, best - 1);
-  const long after = slope_at(profile, direction, best + 1);
-  const long curvature = 2 * peak - before - after;
-  if (peak <= 0 || before > peak || after > peak || curvature == 0) return 0;
-  const int vertex = (int)rounded_quotient((after - before) * (CYL_SUBPIXEL / 2), curvature);
-  const int offset = offset_of(line, best * CYL_SUBPIXEL - CYL_SUBPIXEL / 2 + vertex);
+  if (peak <= 0) return 0;
+  int border = CYL_NOT_FOUND;
+  if (!is_ramp(profile, channel, steepest)) {
+    const BorderFilter filter = limb_filter();
+    const int steps = 2;
+    border = crossing(profile, channel, &filter, steepest, steps);
+  }
+  if (border == CYL_NOT_FOUND) {
+    const int before = slope_at(profile, channel, steepest - 1);
+    const int after = slope_at(profile, channel, steepest + 1);
+    const int curvature = 2 * peak - before - after;
+    if (before > peak || after > peak || curvature == 0) return 0;
+    const int vertex = (int)rounded_quotient((long)(after - before) * (CYL_SUBPIXEL / 2), curvature);
+    border = steepest * CYL_SUBPIXEL - CYL_SUBPIXEL / 2 + vertex;
+  }
+  const int offset = offset_of(line, border);
   return offset == CYL_NOT_FOUND ? 0 : offset;
+}
+
+static int offset_by_share(Profile* profile, Light part) {
+  const Line* line = &profile->lines->middle;
+  const int outermost = -pixels_along(line, CYL_OUTWARD) - CYL_BACKGROUND_PIXELS;
+  WideLight outside = {0, 0, 0};
+  for (int k = outermost; k < outermost + CYL_BACKGROUND_PIXELS; ++k) {
+    const WideLight pixel = wide_light_at(profile, k);
+    outside.r += pixel.r;
+    outside.g += pixel.g;
+    outside.b += pixel.b;
+  }
+  const WideLight color = {part.r, part.g, part.b};
+  const WideLight rest = perpendicular(outside, color);
+  const int bits = 16;
+  const WideLight cut = {rest.r >> bits, rest.g >> bits, rest.b >> bits};
+  const long least = 300 * CYL_BACKGROUND_PIXELS * (dot_wide(color, color) >> bits);
+  if (dot_wide(cut, cut) < least * least) return CYL_NOT_FOUND;
+
+  const Light channel = narrowed(rest);
+  const BorderFilter filter = share_filter();
+  const int border = crossing(profile, channel, &filter, 0, pixels_along(line, CYL_REACH));
+  const int offset = border == CYL_NOT_FOUND ? CYL_NOT_FOUND : offset_of(line, border);
+  if (offset == CYL_NOT_FOUND) return CYL_NOT_FOUND;
+
+  const int middle = (int)rounded_quotient(border, CYL_SUBPIXEL);
+  const Outside share = outside_of(profile, channel, middle, true);
+  const long even = 25;  // times the spread must not be above the height
+  if (even * share.spread > share.height) {
+    const Light turned = narrowed(perpendicular(color, outside));
+    const Outside part = outside_of(profile, turned, middle, false);
+    if (2L * part.spread * share.height <= (long)share.spread * part.height) return offset_by_limb(profile, turned);
+  }
+  return offset;
 }
 
 CYL_KERNEL void locate_edges(const global uchar* image, const KernelFrame frame, const global ushort* light_tables,
                              global uchar* result) {
-  const global ushort* light = light_tables + frame.light_table;
   const uint count = min(header_of(result)->edges, frame.edge_capacity);
   global KernelEdge* edges = edges_of(result, &frame);
   int part = -1;
-  PartColor color;
+  Light color;
   for (uint i = (uint)get_global_id(0); i < count; i += (uint)get_global_size(0)) {
     const KernelEdge edge = edges[i];
     if (part != edge.kind / 4) {
       part = edge.kind / 4;
-      color = part_color_of(color_sums_of(result) + part);
+      color = color_of_part(color_sums_of(result) + part);
     }
-    const Line line = line_through(image, &frame, edge.x - frame.origin_x, edge.y - frame.origin_y, edge.gx, edge.gy,
-                                   edge.offset_256);
+    const Lines lines = lines_through(image, &frame, edge.x - frame.origin_x, edge.y - frame.origin_y, edge.gx, edge.gy,
+                                      edge.offset_256);
     Profile profile;
-    read_profile(&profile, &line, light);
-    const bool has_color = color.squared != 0;
+    profile.lines = &lines;
+    profile.light = light_tables + frame.light_table;
+    profile.first = -pixels_along(&lines.middle, CYL_OUTWARD) - CYL_BACKGROUND_PIXELS;
+    profile.last = profile.first - 1;
+    read_up_to(&profile, profile.first, CYL_FARTHEST);  // enough for most edges
+    const bool has_color = (color.r | color.g | color.b) != 0;
     const Light white = {CYL_UNIT, CYL_UNIT, CYL_UNIT};
-    int offset = has_color ? offset_by_share(&profile, &line, &color) : CYL_NOT_FOUND;
-    if (offset == CYL_NOT_FOUND) offset = offset_by_slope(&profile, &line, has_color ? color.direction : white);
+    int offset = has_color ? offset_by_share(&profile, color) : CYL_NOT_FOUND;
+    if (offset == CYL_NOT_FOUND) offset = offset_by_limb(&profile, has_color ? color : white);
     edges[i].offset_256 = (short)offset;
   }
   if (get_global_id(0) == 0) header_of(result)->stamp = frame.stamp;

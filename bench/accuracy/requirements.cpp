@@ -101,6 +101,10 @@ std::vector<Requirement> location_requirements(std::span<const Location> locatio
   requirements.push_back({"edges: mean |bias|, worst case with a null channel", with_channel, 0, 0.02, "px"});
   requirements.push_back({"edges: mean |bias|, worst case without", without, 0, 0.1, "px"});
   for (const Location& location : locations) {
+    if (location.level == "black") {
+      requirements.push_back(
+          {"edges: mean |bias| before black, else as usual", location.mean_abs_bias_px, 0, 0.1, "px"});
+    }
     if (location.factor != kUsual) continue;
     requirements.push_back(
         {"edges: mean |bias|, contrast 100, noise 2, blur 0.8", location.mean_abs_bias_px, 0, 0.02, "px"});

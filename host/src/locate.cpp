@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <cylpose/locate.hpp>
+#include <limits>
 #include <optional>
 
 #include "channels.hpp"
@@ -12,16 +14,33 @@
 namespace cylpose {
 namespace {
 
-// Distances along the normal, in pixels. Gamma and shading put an edge pixel up to about 1.6 px inside the border and
-// hardly outside it; a lens blur of sigma 0.7 and the pixel itself mix light from less than kBlur away.
-constexpr double kOutward = 4;        // from the edge pixel: all background from here outward
-constexpr double kInward = 3;         // from the edge pixel: all part from here inward
-constexpr double kBlur = 2;           // from the border: hardly any mixed light farther away
-constexpr int kBackgroundPixels = 4;  // beyond, for the background's colour
-
 constexpr int kUnit = 1 << 12;     // length of a unit normal
 constexpr int kSubpixel = 1 << 8;  // offsets
 constexpr int kReach = static_cast<int>(kLocateReach * kSubpixel);
+
+// Distances from the edge pixel along the normal, in pixels. Gamma and shading put an edge pixel up to about 1.6 px
+// inside of the border, blur of 2 px up to 3.
+constexpr double kOutward = 4;        // hardly any of the part's light from here outward
+constexpr double kInward = 3;         // all part from here inward
+constexpr int kBackgroundPixels = 4;  // beyond, for the background's colour
+
+// Weights for eight pixels of a line across the border, in one channel: their sum is positive outside of the border,
+// zero on it and negative inside, whatever constant is added to the channel.
+struct BorderFilter {
+  int first;  // of the pixels, from the one where the filter stands
+  std::array<int, 8> weights;
+  int border;  // from the pixel where the filter stands when the sum is zero, in 1/kSubpixel
+};
+
+// For a channel that is 1 outside and 0 inside. The blurred step is odd about the border and the weights are even, so
+// their sum is zero there whatever the blur and however far apart the two levels are. Longer weights would let in less
+// noise, shorter ones less of a background that is not even.
+constexpr BorderFilter kShareFilter{-4, {-2, -2, 1, 3, 3, 1, -2, -2}, -kSubpixel / 2};
+
+// For a channel that is 0 outside and a + b * sqrt(depth) inside, with any a, b >= 0: an evenly lit surface, a limb, or
+// both. Least squares: noise of 3 % of the light inside, and the sums at the border of 1, sqrt(depth) and, with a
+// weight of 0.06, depth, over blurs of 0.45 to 1.25 px and all places of the border within a pixel.
+constexpr BorderFilter kLimbFilter{-2, {131, -134, -100, 42, 112, 38, -29, -60}, -kSubpixel / 2};
 
 // Light, 65535 for code 255; or any vector in that space.
 struct Light {
@@ -39,6 +58,23 @@ struct Light {
 
 std::int64_t dot(const Light& a, const Light& b) {
   return a.r * b.r + a.g * b.g + a.b * b.b;
+}
+
+// What is perpendicular to `other` in `light`, times the square of `other`.
+Light perpendicular(const Light& light, const Light& other) {
+  const std::int64_t squared = dot(other, other);
+  const std::int64_t along = dot(light, other);
+  return {light.r * squared - along * other.r, light.g * squared - along * other.g,
+          light.b * squared - along * other.b};
+}
+
+// The same direction with components of 13 bits and a sign, so that a product with light, summed over the colours, fits
+// 32 bits.
+Light narrowed(const Light& direction) {
+  constexpr int kBits = 13;
+  const std::int64_t largest = std::max({std::abs(direction.r), std::abs(direction.g), std::abs(direction.b)});
+  const int surplus = std::max(static_cast<int>(std::bit_width(static_cast<std::uint64_t>(largest))) - kBits, 0);
+  return {direction.r >> surplus, direction.g >> surplus, direction.b >> surplus};
 }
 
 // Floor of the square root of a value below 2^62.
@@ -59,9 +95,10 @@ bool has_normal(const EdgePixel& edge) {
   return edge.gx != 0 || edge.gy != 0;
 }
 
-// The row or column of pixels through an edge pixel, whichever is nearer to the normal. Sums over whole pixels are sums
-// of light, so unlike interpolated samples they have no error of their own; a straight border that crosses the line
-// `d` pixels from the edge pixel is d * cosine away along the normal.
+// The row or column of pixels through an edge pixel, whichever is nearer to the normal, and the one on either side,
+// moved along by whole pixels so that a straight border crosses all three near the same place. Sums over whole pixels
+// are sums of light, so unlike interpolated samples they have no error of their own; a straight border that crosses the
+// line `d` pixels from the edge pixel is d * cosine away along the normal.
 class Line {
  public:
   // The gradient must not be zero.
@@ -70,15 +107,17 @@ class Line {
     const std::int64_t gy = edge.gy;
     constexpr std::int64_t kScale = 1 << 10;  // fraction bits of the gradient's length
     const std::int64_t length = integer_root((gx * gx + gy * gy) * kScale * kScale);
-    const bool along_row = std::abs(gx) >= std::abs(gy);
-    const std::int64_t along = along_row ? gx : gy;
-    (along_row ? step_x_ : step_y_) = along < 0 ? -1 : 1;
+    along_row_ = std::abs(gx) >= std::abs(gy);
+    const std::int64_t along = along_row_ ? gx : gy;
+    const std::int64_t across = along_row_ ? gy : gx;
+    step_ = along < 0 ? -1 : 1;
+    if (2 * std::abs(across) > std::abs(along)) shift_ = across < 0 ? 1 : -1;
     cosine_ = rounded_quotient(std::abs(along) * kScale * kUnit, length);
   }
 
-  // Column and row of the k-th pixel inward.
-  [[nodiscard]] int x(int k) const { return x_ + k * step_x_; }
-  [[nodiscard]] int y(int k) const { return y_ + k * step_y_; }
+  // Column and row of the k-th pixel inward, on the line or (side = -1, 1) beside it.
+  [[nodiscard]] int x(int k, int side = 0) const { return along_row_ ? x_ + (k + side * shift_) * step_ : x_ + side; }
+  [[nodiscard]] int y(int k, int side = 0) const { return along_row_ ? y_ + side : y_ + (k + side * shift_) * step_; }
 
   // Pixels along the line that reach so far along the normal.
   [[nodiscard]] int pixels(double along_normal) const {
@@ -93,8 +132,9 @@ class Line {
  private:
   int x_;
   int y_;
-  int step_x_ = 0;
-  int step_y_ = 0;
+  bool along_row_;
+  int step_;
+  int shift_ = 0;        // of the line on side 1, in pixels inward; the one on side -1 goes the other way
   std::int64_t cosine_;  // between line and normal, in 1/kUnit
 };
 
@@ -129,29 +169,6 @@ class LinearImage {
   Channels channel_;
 };
 
-// The light along a line, as far as any of the windows below reaches.
-class Profile {
- public:
-  Profile(const LinearImage& light, const Line& line)
-      : first_(-std::max(line.pixels(kOutward), recentred(line)) - kBackgroundPixels) {
-    const int last = std::max(line.pixels(kInward), recentred(line));
-    for (int k = first_; k <= last; ++k) pixels_[index(k)] = light.at(line.x(k), line.y(k));
-  }
-  [[nodiscard]] const Light& operator[](int k) const { return pixels_[index(k)]; }
-
- private:
-  // How far a window around a border that is just in reach goes; one more, as places are rounded to whole pixels.
-  [[nodiscard]] static int recentred(const Line& line) { return line.pixels(kLocateReach) + 1 + line.pixels(kBlur); }
-  [[nodiscard]] std::size_t index(int k) const { return static_cast<std::size_t>(k - first_); }
-
-  static constexpr double kDiagonal = 1.4143;  // how much longer than the normal a line can be
-  static constexpr int kFarthest = static_cast<int>(kDiagonal * (kLocateReach + kBlur)) + 3;
-  static_assert(kFarthest >= kDiagonal * kOutward + 1 && kFarthest >= kDiagonal * kInward + 1);
-
-  int first_;
-  std::array<Light, 2 * kFarthest + kBackgroundPixels + 1> pixels_;
-};
-
 // The part's colour direction, largest component kUnit: mean over the inner sides of the strong edges (weak ones are
 // often a background's). None in a grey image, or where no pixel shows the colour.
 std::optional<Light> part_color(const ImageView& image, const LinearImage& light, const ColorGate& gate,
@@ -171,76 +188,174 @@ std::optional<Light> part_color(const ImageView& image, const LinearImage& light
                rounded_quotient(sum.b * kUnit, largest)};
 }
 
-// Where the outside ends on the line, in 1/kSubpixel from the edge pixel inward, judged from the pixels that lie at
-// most `outward` before and `inward` behind the pixel `middle`; the kBackgroundPixels beyond give the background. None
-// where that is too dark or too near the part's hue to tell them apart.
-std::optional<std::int64_t> crossing_by_share(const Profile& profile, const Light& color, int middle, int outward,
-                                              int inward) {
-  const int first = middle - outward;
-  Light outside;  // kBackgroundPixels times B
-  for (int k = 1; k <= kBackgroundPixels; ++k) outside += profile[first - k];
-
-  // B without its share along c, in 1/kFraction of a light unit, so that rounding leaves w orthogonal to c.
-  constexpr std::int64_t kFraction = 64;
-  const std::int64_t color_squared = dot(color, color);
-  const std::int64_t along = dot(outside, color);
-  const auto orthogonal = [&](std::int64_t of_outside, std::int64_t of_color) {
-    return rounded_quotient((of_outside * color_squared - along * of_color) * kFraction,
-                            color_squared * kBackgroundPixels);
-  };
-  const Light w{orthogonal(outside.r, color.r), orthogonal(outside.g, color.g), orthogonal(outside.b, color.b)};
-
-  // The least distance of B from the part's line of colours, in units of light: that of a grey of code 11 from a pure
-  // hue. There noise of sigma 1.5 moves a single point by 0.4 px; below, the slope does better with all its bias.
-  constexpr std::int64_t kLeastContrast = 300;
-  if (dot(w, w) < kLeastContrast * kLeastContrast * kFraction * kFraction) return std::nullopt;
-
-  const std::int64_t full = dot(w, outside) / kBackgroundPixels;  // w.B
-  std::int64_t sum = 0;
-  for (int k = first; k <= middle + inward; ++k) {
-    // Anything else within the window may pull no further than this.
-    sum += std::clamp(dot(w, profile[k]), -full / 2, full + full / 2);
+// The light along a line; it counts twice, and its neighbours once. (Where the border is curved, they pull the place
+// in.)
+class Profile {
+ public:
+  Profile(const LinearImage& image, const Line& line) {
+    for (int k = kFirst; k <= kLast; ++k) {
+      Light sum;
+      for (const int side : {-1, 0, 0, 1}) sum += image.at(line.x(k, side), line.y(k, side));
+      pixels_[index(k)] = {sum.r / 4, sum.g / 4, sum.b / 4};
+    }
   }
-  // The window begins half a pixel before its first pixel's centre.
-  return first * kSubpixel - kSubpixel / 2 + rounded_quotient(sum * kSubpixel, full);
+  [[nodiscard]] const Light& operator[](int k) const { return pixels_[index(k)]; }
+
+ private:
+  [[nodiscard]] static std::size_t index(int k) { return static_cast<std::size_t>(k - kFirst); }
+
+  // As far as anything below looks along a diagonal.
+  static constexpr int kFirst = -11;
+  static constexpr int kLast = 13;
+  std::array<Light, kLast - kFirst + 1> pixels_;
+};
+
+// The light of a pixel in a channel, so that a filter's sum fits 32 bits.
+std::int64_t level(const Light& pixel, const Light& channel) {
+  constexpr int kCut = 9;
+  return dot(pixel, channel) >> kCut;
 }
 
-// Offset by the share of the outside: once with a window that holds the border wherever it may be, and again with a
-// narrow one around that place, which lets in less noise. None where there is no such share or the border is out of
-// reach.
-std::optional<std::int64_t> offset_by_share(const Profile& profile, const Line& line, const Light& color) {
-  const auto in_reach = [&](const std::optional<std::int64_t>& crossing) {
-    return crossing && std::abs(line.to_normal(*crossing)) <= kReach;
-  };
-  const auto coarse = crossing_by_share(profile, color, 0, line.pixels(kOutward), line.pixels(kInward));
-  if (!in_reach(coarse)) return std::nullopt;
-  const auto middle = static_cast<int>(rounded_quotient(*coarse, kSubpixel));
-  const int half = line.pixels(kBlur);
-  const auto fine = crossing_by_share(profile, color, middle, half, half);
-  if (!in_reach(fine)) return std::nullopt;
-  return line.to_normal(*fine);
+// Where a function with these values at -1, 0, 1 and 2 is zero between 0 and 1, in 1/kSubpixel: the zero of the chord,
+// moved by one Newton step on the cubic through all four. The chord alone is off by up to 0.02 px.
+std::int64_t zero_between(std::int64_t before, std::int64_t here, std::int64_t next, std::int64_t beyond) {
+  const std::int64_t drop = std::abs(here) + std::abs(next);
+  const std::int64_t share = rounded_quotient(std::abs(here) * kSubpixel, drop);
+  // The cubic less the chord is share (share - 1) (3 bend + (2 share - 1) twist) / 12, share counted in pixels.
+  const std::int64_t bend = before - here - next + beyond;
+  const std::int64_t twist = beyond - before + 3 * (here - next);
+  constexpr std::int64_t kHalf = kSubpixel / 2;
+  const std::int64_t excess = share * (share - kSubpixel) * (3 * kHalf * bend + (share - kHalf) * twist);
+  constexpr std::int64_t kFarthest = kSubpixel / 8;  // where the cubic is far from straight it is not to be trusted
+  const std::int64_t step = rounded_quotient(here > 0 ? excess : -excess, 12 * kHalf * kSubpixel * drop);
+  return share + std::clamp(step, -kFarthest, kFarthest);
 }
 
-// Offset of the largest slope of the light: vertex of the parabola through it and its two neighbours. Zero where the
-// light does not rise inward or has its largest slope at the end of what is in reach.
-std::int64_t offset_by_slope(const Profile& profile, const Line& line, const std::optional<Light>& color) {
-  const Light direction = color.value_or(Light{kUnit, kUnit, kUnit});
-  const auto slope = [&](int k) {  // between pixels k - 1 and k, that is at k - 1/2
-    return dot(profile[k], direction) - dot(profile[k - 1], direction);
+// Where the border crosses the line, in 1/kSubpixel from the edge pixel inward: the filter's sum goes from positive to
+// negative there. Looked for from the pixel `start` on, at most `steps` pixels away.
+std::optional<std::int64_t> crossing(const Profile& profile, const Light& channel, const BorderFilter& filter,
+                                     int start, int steps) {
+  const auto sum_at = [&](int k) {
+    std::int64_t sum = 0;
+    int pixel = k + filter.first;
+    for (const int weight : filter.weights) sum += weight * level(profile[pixel++], channel);
+    return sum;
   };
-  const int innermost = line.pixels(kInward) - 1;
-  int best = -innermost;
-  for (int k = best + 1; k <= innermost; ++k) {
-    if (slope(k) > slope(best)) best = k;
+  std::int64_t here = sum_at(start);
+  const bool inward = here > 0;
+  const int step = inward ? 1 : -1;
+  for (int k = start; k != start + steps * step; k += step) {
+    const std::int64_t next = sum_at(k + step);
+    if ((next > 0) != inward) {
+      const std::int64_t share = zero_between(sum_at(k - step), here, next, sum_at(k + 2 * step));
+      return k * kSubpixel + step * share + filter.border;
+    }
+    here = next;
   }
-  const std::int64_t before = slope(best - 1);
-  const std::int64_t peak = slope(best);
-  const std::int64_t after = slope(best + 1);
-  const std::int64_t curvature = 2 * peak - before - after;
-  if (peak <= 0 || before > peak || after > peak || curvature == 0) return 0;
-  const std::int64_t vertex = rounded_quotient((after - before) * (kSubpixel / 2), curvature);
-  const std::int64_t offset = line.to_normal(best * kSubpixel - kSubpixel / 2 + vertex);
+  return std::nullopt;
+}
+
+// The outside near a border: how much its levels differ, and how far it stands out from the inside (both over some
+// pixels, so that only their ratio means something).
+struct Outside {
+  std::int64_t spread;
+  std::int64_t height;
+};
+
+// `mirrored`: with the levels at equal distances inside added. Those of a blurred step before an even outside sum up to
+// the same everywhere.
+Outside outside_of(const Profile& profile, const Light& channel, int border, bool mirrored) {
+  constexpr int kNearest = 2;  // pixels from the border
+  constexpr int kFarthest = 6;
+  std::int64_t lowest = std::numeric_limits<std::int64_t>::max();
+  std::int64_t highest = std::numeric_limits<std::int64_t>::min();
+  std::int64_t height = 0;
+  for (int k = kNearest; k <= kFarthest; ++k) {
+    const std::int64_t inside = level(profile[border + k], channel);
+    const std::int64_t outside = level(profile[border - k], channel) + (mirrored ? inside : 0);
+    lowest = std::min(lowest, outside);
+    highest = std::max(highest, outside);
+    height += mirrored ? outside : inside - outside;
+  }
+  return {highest - lowest, height};
+}
+
+// Whether the light inside of a slope goes on to rise, by a third of what it is and straighter than toward any limb:
+// there is a terminator inside of the border. (The square root of the depth rises by 0.9 and 0.6 from 1.5 to 4.5
+// and 7.5.)
+bool is_ramp(const Profile& profile, const Light& channel, int steepest) {
+  const auto three_levels = [&](int k) {
+    return level(profile[k], channel) + level(profile[k + 1], channel) + level(profile[k + 2], channel);
+  };
+  const std::int64_t near = three_levels(steepest);
+  const std::int64_t middle = three_levels(steepest + 3);
+  const std::int64_t far = three_levels(steepest + 6);
+  const std::int64_t outside = 3 * level(profile[steepest - 3], channel);
+  return 3 * (far - near) > near - outside && 8 * (2 * middle - near - far) < far - near;
+}
+
+// By a channel that is zero outside. The limb filter's sum has more zeros than one, so it starts from the largest
+// slope, which lies at most a pixel inside of the border. Where there is no zero near by, or a terminator makes the
+// light fall off otherwise, the vertex of the slope is taken (parabola through three). Zero where the light does not
+// rise inward.
+std::int64_t offset_by_limb(const Profile& profile, const Line& line, const Light& channel) {
+  const auto slope = [&](int k) {  // between pixels k - 1 and k
+    return level(profile[k], channel) - level(profile[k - 1], channel);
+  };
+  const int reach = line.pixels(kLocateReach);
+  int steepest = -reach;
+  for (int k = -reach + 1; k <= reach; ++k) {
+    if (slope(k) > slope(steepest)) steepest = k;
+  }
+  const std::int64_t peak = slope(steepest);
+  if (peak <= 0) return 0;
+  constexpr int kSteps = 2;
+  std::optional<std::int64_t> border;
+  if (!is_ramp(profile, channel, steepest)) border = crossing(profile, channel, kLimbFilter, steepest, kSteps);
+  if (!border) {
+    const std::int64_t before = slope(steepest - 1);
+    const std::int64_t after = slope(steepest + 1);
+    if (before > peak || after > peak || 2 * peak == before + after) return 0;
+    border = steepest * kSubpixel - kSubpixel / 2 +
+             rounded_quotient((after - before) * (kSubpixel / 2), 2 * peak - before - after);
+  }
+  const std::int64_t offset = line.to_normal(*border);
   return std::abs(offset) > kReach ? 0 : offset;
+}
+
+// By the outside's share b = w.pixel, w being the outside's colour without its share along the part's. None where the
+// outside is too dark or too near the part's hue for that, or the border is out of reach.
+//
+// Where the outside is not even, w.pixel tells its texture instead. The roles are turned then: the part's colour
+// without its share along the outside's is zero outside, however bright that is, and its border that of a limb before
+// black.
+std::optional<std::int64_t> offset_by_share(const Profile& profile, const Line& line, const Light& color) {
+  Light outside;
+  for (int k = 1; k <= kBackgroundPixels; ++k) outside += profile[-line.pixels(kOutward) - k];
+  const Light rest = perpendicular(outside, color);
+
+  // The least distance of the outside from the part's line of colours, in units of light: that of a grey of code 11
+  // from a pure hue. There noise of sigma 1.5 moves a point by as much as before black.
+  constexpr std::int64_t kLeastContrast = 300;
+  constexpr int kCut = 16;  // bits, so that squares fit
+  const Light cut{rest.r >> kCut, rest.g >> kCut, rest.b >> kCut};
+  const std::int64_t least = kLeastContrast * kBackgroundPixels * (dot(color, color) >> kCut);
+  if (dot(cut, cut) < least * least) return std::nullopt;
+
+  const Light channel = narrowed(rest);
+  const std::optional<std::int64_t> border = crossing(profile, channel, kShareFilter, 0, line.pixels(kLocateReach));
+  if (!border || std::abs(line.to_normal(*border)) > kReach) return std::nullopt;
+
+  const auto middle = static_cast<int>(rounded_quotient(*border, kSubpixel));
+  const Outside share = outside_of(profile, channel, middle, true);
+  constexpr int kEven = 25;  // times the spread must not be above the height: a fifth of one pixel's level
+  if (kEven * share.spread > share.height) {
+    const Light turned = narrowed(perpendicular(color, outside));
+    const Outside part = outside_of(profile, turned, middle, false);
+    // Twice as even, or shading costs more than it saves.
+    if (2 * part.spread * share.height <= share.spread * part.height) return offset_by_limb(profile, line, turned);
+  }
+  return line.to_normal(*border);
 }
 
 }  // namespace
@@ -254,8 +369,9 @@ void locate_edges(const ImageView& image, const Roi& search, const ColorGate& ga
     if (!has_normal(edge)) continue;
     const Line line(edge);
     const Profile profile(light, line);
-    const std::optional<std::int64_t> offset = color ? offset_by_share(profile, line, *color) : std::nullopt;
-    edge.offset_256 = static_cast<std::int16_t>(offset ? *offset : offset_by_slope(profile, line, color));
+    std::optional<std::int64_t> offset = color ? offset_by_share(profile, line, *color) : std::nullopt;
+    if (!offset) offset = offset_by_limb(profile, line, color.value_or(Light{kUnit, kUnit, kUnit}));
+    edge.offset_256 = static_cast<std::int16_t>(*offset);
   }
 }
 

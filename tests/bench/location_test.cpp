@@ -66,11 +66,12 @@ TEST(EdgeBound, IsReachedByTheMatchedEstimate) {
 }
 
 TEST(Location, ScattersMoreThanTheBoundAndHardlyBeside) {
-  const Location location = measured(usual(), false);
+  const Location location = measured(usual(), true);
   EXPECT_EQ(location.level, kUsual);
   EXPECT_GT(location.points, 500);
-  EXPECT_GT(location.sigma_px, location.bound_px);
-  EXPECT_LT(location.sigma_px, 3 * location.bound_px);
+  EXPECT_GT(location.pooled_px, location.bound_px);
+  EXPECT_GT(location.pooled_px, location.sigma_px);  // points share pixels with their neighbours
+  EXPECT_LT(location.pooled_px, 3 * location.bound_px);
   EXPECT_LT(location.mean_abs_bias_px, 0.02);
   EXPECT_LE(location.mean_abs_bias_px, location.worst_bias_px);
 }
@@ -87,11 +88,13 @@ TEST(Location, SeesABias) {
 
 TEST(Location, CasesCoverEveryInfluence) {
   const std::vector<LocationCase> cases = location_cases();
-  for (const char* factor :
-       {"contrast", "blur", "noise", "orientation", "phase", "shading", "background", "transfer", "camera"}) {
+  for (const char* factor : {"contrast", "blur", "noise", "orientation", "phase", "shading", "background",
+                             "before black", "transfer", "camera"}) {
     EXPECT_GT(std::ranges::count(cases, factor, &LocationCase::factor), 1) << factor;
   }
-  EXPECT_EQ(std::ranges::count(cases, false, &LocationCase::null_channel), 1);
+  for (const LocationCase& one : cases) {
+    EXPECT_EQ(one.null_channel, one.factor != "before black" && one.level != "black") << one.factor << ' ' << one.level;
+  }
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ STAND_INS = [
 ]
 
 OPTION = re.compile(r"(?<![\w-])--[a-z][\w-]*")
-FOREIGN = ("cmake ", "ctest ")  # inline code with options of other programs
+FOREIGN = ("cmake ", "ctest ", "sudo ", "ssh ")  # inline code with options of other programs
 
 SERVER = re.compile(r"nats-server\b")
 WORKER = re.compile(r"cylpose worker\b")
@@ -259,7 +259,9 @@ def help_examples():
 
 def add_page_tests():
     def page_test(page):
-        return lambda self: self.run_all(page.name, commands(page))
+        def test(self):
+            self.run_all(page.name, commands(page))
+        return test
 
     for page in pages():
         if commands(page) and page.stem != "quickstart":

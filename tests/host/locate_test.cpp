@@ -80,10 +80,10 @@ TEST(Locate, WithAShareOfTheOutsideShadingAndGammaDoNotMatter) {
     double sigma;  // at noise 1.5; measured, with a fifth to spare
   };
   for (const Case& c :
-       {Case{"grey 120", light_of_codes(120, 120, 120), 0.046}, Case{"grey 200", light_of_codes(200, 200, 200), 0.031},
-        Case{"grey 60", light_of_codes(60, 60, 60), 0.085}, Case{"white", light_of_codes(255, 255, 255), 0.024},
-        Case{"blue", light_of_codes(40, 60, 160), 0.05}, Case{"green", light_of_codes(60, 150, 60), 0.05},
-        Case{"brown", light_of_codes(120, 80, 50), 0.095}}) {
+       {Case{"grey 120", light_of_codes(120, 120, 120), 0.028}, Case{"grey 200", light_of_codes(200, 200, 200), 0.024},
+        Case{"grey 60", light_of_codes(60, 60, 60), 0.045}, Case{"white", light_of_codes(255, 255, 255), 0.025},
+        Case{"blue", light_of_codes(40, 60, 160), 0.034}, Case{"green", light_of_codes(60, 150, 60), 0.034},
+        Case{"brown", light_of_codes(120, 80, 50), 0.05}}) {
     SlantedEdge edge;
     edge.background = c.background;
     const Accuracy noisy = measured(edge);
@@ -99,7 +99,7 @@ TEST(Locate, WithAShareOfTheOutsideShadingAndGammaDoNotMatter) {
 }
 
 TEST(Locate, BlurAndLimbDoNotMoveTheBorder) {
-  for (const double blur : {0.4, 0.6, 0.8, 1.0}) {
+  for (const double blur : {0.3, 0.6, 1.0, 1.5}) {
     for (const double limb : {0.0, 10.0, 200.0}) {
       SlantedEdge edge;
       edge.blur_px = blur;
@@ -107,7 +107,7 @@ TEST(Locate, BlurAndLimbDoNotMoveTheBorder) {
       edge.ambient = 0.1;
       const Accuracy accuracy = measured(edge);
       EXPECT_LT(accuracy.worst, 0.035) << "blur " << blur << ", limb " << limb;
-      EXPECT_LT(accuracy.sigma, 0.06) << "blur " << blur << ", limb " << limb;
+      EXPECT_LT(accuracy.sigma, blur > 1 ? 0.1 : 0.05) << "blur " << blur << ", limb " << limb;
     }
   }
 }
@@ -128,28 +128,50 @@ TEST(Locate, FollowsTheTransferOfTheCamera) {
   EXPECT_GT(std::abs(linear - srgb), 10);
 }
 
-TEST(Locate, BeforeBlackTheSlopeIsBiasedByShadingAloneAndNotLost) {
-  SlantedEdge edge;
-  edge.background = light_of_codes(3, 3, 3);
-  const Accuracy shaded = measured(edge);
-  EXPECT_GT(shaded.bias, 0.1);
-  EXPECT_LT(shaded.bias, 0.3);
-  EXPECT_LT(shaded.sigma, 0.14);
-  edge.limb_px = 0;
-  const Accuracy even = measured(edge);
-  EXPECT_LT(std::abs(even.bias), 0.03);
-  EXPECT_LT(even.sigma, 0.1);
+// Before black only the part's own light tells where it ends, and how that falls off toward the border is not known.
+TEST(Locate, BeforeBlackTheFalloffOfLightHardlyMovesTheBorder) {
+  struct Case {
+    const char* name;
+    double limb_px, ambient, light_deg;
+    double bias, sigma;
+  };
+  for (const Case& c : {Case{"limb 40 px", 40, 0.25, 0, 0.05, 0.1}, Case{"limb 12 px", 12, 0.25, 0, 0.1, 0.1},
+                        Case{"limb 200 px", 200, 0.25, 0, 0.06, 0.1}, Case{"no falloff", 0, 1, 0, 0.05, 0.06},
+                        Case{"dark limb", 40, 0.05, 0, 0.1, 0.25}, Case{"lit from aside", 40, 0.1, 60, 0.05, 0.06},
+                        Case{"terminator near the limb", 40, 0.25, -20, 0.05, 0.15}}) {
+    SlantedEdge edge;
+    edge.background = light_of_codes(3, 3, 3);
+    edge.limb_px = c.limb_px;
+    edge.ambient = c.ambient;
+    edge.light_rad = c.light_deg * std::numbers::pi / 180;
+    const Accuracy accuracy = measured(edge);
+    EXPECT_LT(std::abs(accuracy.bias), c.bias) << c.name;
+    EXPECT_LT(accuracy.sigma, c.sigma) << c.name;
+  }
 }
 
-TEST(Locate, GreyImagesUseTheSlope) {
+// How bright the outside is right at the border cannot be known then, but where the part's own colour begins can.
+TEST(Locate, TextureOfOneHueBehindDoesNotMoveTheBorder) {
+  for (const double texture_px : {5.0, 7.0}) {
+    SlantedEdge edge;
+    edge.background = light_of_codes(90, 90, 90);
+    edge.second = light_of_codes(180, 180, 180);
+    edge.texture_px = texture_px;
+    const Accuracy accuracy = measured(edge);
+    EXPECT_LT(std::abs(accuracy.bias), 0.05) << texture_px;
+    EXPECT_LT(accuracy.sigma, 0.2) << texture_px;
+  }
+}
+
+TEST(Locate, GreyImagesHaveNoColorToTellTheOutsideBy) {
   SlantedEdge edge;
   edge.gray = true;
   edge.part = light_of_codes(220, 220, 220);
   edge.background = light_of_codes(40, 40, 40);
   edge.limb_px = 0;
   const Accuracy accuracy = measured(edge, kBright);
-  EXPECT_LT(std::abs(accuracy.bias), 0.03);
-  EXPECT_LT(accuracy.sigma, 0.1);
+  EXPECT_LT(std::abs(accuracy.bias), 0.04);
+  EXPECT_LT(accuracy.sigma, 0.04);
 }
 
 // One row across a border from grey to red, repeated, without blur: column 20 is the first of the part.
@@ -179,7 +201,8 @@ TEST(Locate, FindsABorderWithinItsReachAndLeavesOthersAtThePixel) {
     std::vector<EdgePixel> edges =
         with_neighbours({static_cast<std::int16_t>(x), 8, 400, 0, 77, EdgeStrength::kStrong});
     locate_edges(image, image.bounds(), make_gate(kRed), Transfer::kSrgb, edges);
-    const double border = 19.5 - x;  // from the pixel, along the gradient
+    const double border = 19.5 - x;                  // from the pixel, along the gradient
+    if (std::abs(border) == kLocateReach) continue;  // either is right
     const double expected = std::abs(border) <= kLocateReach ? border : 0;
     EXPECT_NEAR(edges.back().offset_256, 256 * expected, 1) << "edge pixel in column " << x;
   }

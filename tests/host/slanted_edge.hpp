@@ -39,7 +39,9 @@ struct SlantedEdge {
   double phase = 0;       ///< the border passes this far inside of the picture's middle pixel
   double limb_px = 40;    ///< radius of the cylinder seen from the side, for the falloff of light; 0: evenly lit
   double ambient = 0.25;  ///< share of the light that does not fall off
+  double light_rad = 0;   ///< direction of the light that does: 0 from the camera, positive from outside of the border
   double blur_px = 0.7;   ///< sigma of the lens
+  double box_px = 0;      ///< width of another blur, a box
   double noise = 1.5;     ///< sigma in codes
   bool linear_codes = false;
   bool gray = false;  ///< one channel, the mean of the three lights
@@ -133,12 +135,14 @@ class SlantedEdgePicture {
 
   [[nodiscard]] Share share_at(double depth) const {
     if (depth < 0) return {0, 1};
-    const double section = std::min(depth, edge_.limb_px) / edge_.limb_px - 1;  // -1 at the limb, 0 in the middle
-    const double lit = edge_.limb_px > 0 ? std::sqrt(std::max(0.0, 1 - section * section)) : 1;
-    return {edge_.ambient + (1 - edge_.ambient) * lit, 0};
+    const double section =
+        edge_.limb_px > 0 ? std::min(depth, edge_.limb_px) / edge_.limb_px - 1 : 0;  // -1 at the limb, 0 in the middle
+    const double facing = edge_.limb_px > 0 ? std::sqrt(std::max(0.0, 1 - section * section)) : 1;
+    const double lit = std::cos(edge_.light_rad) * facing - std::sin(edge_.light_rad) * section;
+    return {edge_.ambient + (1 - edge_.ambient) * std::max(0.0, lit), 0};
   }
 
-  // Gauss, then the square pixel seen along the normal: two boxes as wide as the normal's components.
+  // Gauss and box, then the square pixel seen along the normal: two boxes as wide as the normal's components.
   [[nodiscard]] std::vector<double> aperture() const {
     constexpr int kHalf = 5 * kFine;
     std::vector<double> kernel(2 * kHalf + 1);
@@ -146,7 +150,9 @@ class SlantedEdgePicture {
       const double d = static_cast<double>(i) / kFine / std::max(edge_.blur_px, 1e-3);
       kernel[static_cast<std::size_t>(i + kHalf)] = std::exp(-d * d / 2);
     }
-    for (const double side : {std::cos(edge_.angle_rad), std::sin(edge_.angle_rad)}) kernel = boxed(kernel, side);
+    for (const double side : {edge_.box_px, std::cos(edge_.angle_rad), std::sin(edge_.angle_rad)}) {
+      kernel = boxed(kernel, side);
+    }
     double sum = 0;
     for (const double weight : kernel) sum += weight;
     for (double& weight : kernel) weight /= sum;

@@ -15,6 +15,7 @@
 
 #include "comparison.hpp"
 #include "guarded_pixels.hpp"
+#include "host/slanted_edge.hpp"
 #include "host/test_images.hpp"
 
 namespace cylpose {
@@ -233,6 +234,41 @@ TEST_P(Differential, PatternsThatMaskLogicMayGetWrong) {
     edges += compare(image.view(), image.view().bounds()).edges;
   }
   EXPECT_GT(edges, 5000U);
+}
+
+// All ways in which a border is located, at all angles: by the outside's share, before texture, before black; before
+// the dark side of a limb, and without any colour.
+TEST_P(Differential, BordersBeforeAllKindsOfBackground) {
+  using testing::light_of_codes;
+  const std::vector<PartModel> red{{"red", 0.05, 0.4, 340, 20, 0.3, 0.1}};
+  const std::vector<PartModel> bright{{"bright", 0.05, 0.4, 0, 360, 0, 0.3}};
+  std::vector<testing::SlantedEdge> cases(7);
+  cases[1].background = light_of_codes(90, 90, 90);
+  cases[1].second = light_of_codes(200, 180, 170);
+  cases[1].texture_px = 7;
+  cases[2].background = light_of_codes(2, 2, 2);
+  cases[3] = cases[2];
+  cases[3].ambient = 0.02;
+  cases[3].noise = 5;
+  cases[4].blur_px = 2.5;
+  cases[4].noise = 8;
+  cases[6] = cases[2];
+  cases[6].light_rad = -0.35;
+  cases[5].gray = true;
+  cases[5].part = light_of_codes(200, 200, 200);
+  cases[5].background = light_of_codes(40, 40, 40);
+  Compared sum;
+  for (testing::SlantedEdge& edge : cases) {
+    for (int degrees = 0; degrees < 360; degrees += 24) {
+      edge.angle_rad = degrees * 3.14159 / 180;
+      edge.size = 40;
+      ++edge.seed;
+      const testing::SlantedEdgePicture picture(edge);
+      const ImageView image = picture.view();
+      sum.edges += compare(image, image.bounds(), {}, edge.gray ? bright : red).edges;
+    }
+  }
+  EXPECT_GT(sum.edges, 3000U);
 }
 
 TEST_P(Differential, AllHuesInAllRanges) {

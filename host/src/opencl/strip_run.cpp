@@ -18,9 +18,9 @@
 namespace cylpose::opencl {
 namespace {
 
-// Rows of the image around a strip that its kernels read: mask and response 4, lines through edges 12 (locate.cl).
+// Rows of the image around a strip that its kernels read: mask and response 4, lines through edges 14 (locate.cl).
 constexpr int kGateHalo = 4;
-constexpr int kImageHalo = 12;
+constexpr int kImageHalo = 14;
 
 constexpr int kWordBits = 64;
 constexpr int kWordsAtOnce = 8;  // the kernels read planes in such blocks
