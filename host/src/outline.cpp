@@ -64,7 +64,8 @@ Outline::CircleImage::InCircle Outline::CircleImage::in_circle(const Eigen::Vect
   in.thickness_squared = across_squared;
   in.place = {cosine, sine - cosine * shear};
   in.squared = in.place.squaredNorm();
-  in.slope = 2 * (in.place.x() - shear * in.place.y()) / across_squared * across + 2 * in.place.y() * per_sine * along;
+  in.by_cosine = across / across_squared;
+  in.by_sine = per_sine * along - shear * in.by_cosine;
   return in;
 }
 
@@ -72,7 +73,7 @@ Outline::CircleImage::InCircle Outline::CircleImage::in_circle(const Eigen::Vect
 double Outline::CircleImage::outside_px(const Eigen::Vector2d& position_px) const {
   const InCircle in = in_circle(position_px);
   const double radius = std::sqrt(in.squared);
-  return (radius - 1) * 2 * radius / in.slope.norm();
+  return (radius - 1) * 2 * radius / in.slope().norm();
 }
 
 // Cosine and sine of an angle near the foot point's, exact for points on the ellipse; none for points clearly farther
@@ -86,7 +87,7 @@ std::optional<Eigen::Vector2d> Outline::CircleImage::first_guess(const Eigen::Ve
     // The square is convex: over its slope, what it is above 1 is no more than the distance.
     const double reach = kFarOutside * max_distance_px;
     const double excess = in.squared - 1;
-    if (excess > 0 && excess * excess > reach * reach * in.slope.squaredNorm()) return std::nullopt;
+    if (excess > 0 && excess * excess > reach * reach * in.slope().squaredNorm()) return std::nullopt;
     if (in.squared > 0) return in.place / std::sqrt(in.squared);
   }
   const double cut = std::clamp(in.on_flat, -1.0, 1.0);

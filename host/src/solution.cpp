@@ -32,6 +32,8 @@ constexpr double kMaxElsewhereAtAll = 2;
 // An outline's place that is not seen counts against a pose, but less than an edge that it does not explain: whatever
 // hides the one shows the other.
 constexpr double kUnseenWeight = 0.25;
+// A lone base whose points err by more than this multiple of what the sides' points do is an occluder's edge.
+constexpr double kMaxLoneBaseOfSides = 1.5;
 // A rating above this needs all of the outline, seen and well explained: nothing else looks like that.
 constexpr double kClearlyRight = 0.85;
 // A base whose rim is more than this share of the outline: the view is along the axis, the sides are short.
@@ -159,14 +161,8 @@ Judge::Judge(const CameraModel& camera, const PartModel& part, const SolveOption
       options_(options),
       region_(region),
       points_(points),
-      judges_(along_chains(points, chains, kPointsToJudge)) {
-  for (const Chain& chain : chains) {
-    if (const auto enclosed = region_in_loop(points, chain)) {
-      loops_.push_back({static_cast<double>(enclosed->m00), points[static_cast<std::size_t>(chain.front())],
-                        points[static_cast<std::size_t>(chain[chain.size() / 2])]});
-    }
-  }
-}
+      chains_(chains),
+      judges_(along_chains(points, chains, kPointsToJudge)) {}
 
 std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   const auto refined = refine_finely(camera_, part_, coarse.pose, points_, options_.refine);
@@ -201,15 +197,16 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   if (side_seen < options_.check.min_side_seen && !rim_is_seen) {
     fail(estimate, fmt::format("only {:.0f} % of a side seen", 100 * side_seen));
   }
+  const double sides_rms_px = std::max(refined->piece_rms_px[kSide0], refined->piece_rms_px[kSide1]);
+  const double lone_base_limit_px = std::max(options_.check.max_lone_base_rms_px, kMaxLoneBaseOfSides * sides_rms_px);
   for (const std::size_t lone_base : {std::size_t{kBase0}, std::size_t{kBase1}}) {
     const std::size_t other_base = kBase0 + kBase1 - lone_base;
+    if (refined->piece_seen[other_base] >= options_.check.min_side_seen) continue;
     const double rms_px = refined->piece_rms_px[lone_base];
-    if (refined->piece_seen[other_base] < options_.check.min_side_seen &&
-        rms_px > options_.check.max_lone_base_rms_px) {
+    if (rms_px > lone_base_limit_px) {
       fail(estimate, fmt::format("the only base seen fits badly ({:.2f} px)", rms_px));
     }
-    if (refined->piece_seen[other_base] < options_.check.min_side_seen)
-      fail_if_longer(estimate, *outline, other_base - kBase0);
+    fail_if_longer(estimate, *outline, other_base - kBase0);
   }
 
   const auto place_of = [&](const EdgePoint& point) {
@@ -380,8 +377,10 @@ std::optional<Solution> Judge::end_on(const FittedEllipse& base) const {
 
 double Judge::colored_px(const std::function<bool(const EdgePoint&)>& is_elsewhere) const {
   auto colored = static_cast<double>(region_.m00);
-  for (const Loop& loop : loops_) {
-    if (is_elsewhere(loop.first) && is_elsewhere(loop.halfway)) colored -= loop.area_px;
+  for (const Chain& chain : chains_) {
+    const auto at = [&](std::size_t i) -> const EdgePoint& { return points_[static_cast<std::size_t>(chain[i])]; };
+    if (!is_elsewhere(at(0)) || !is_elsewhere(at(chain.size() / 2))) continue;
+    if (const auto thing = region_in_loop(points_, chain)) colored -= static_cast<double>(thing->m00);
   }
   return colored;
 }

@@ -108,15 +108,8 @@ class Judge {
   const SolveOptions& options_;
   const RegionStatistics& region_;
   const std::vector<EdgePoint>& points_;
+  const std::vector<Chain>& chains_;
   std::vector<EdgePoint> judges_;
-
-  // A closed border around something of the part's colour.
-  struct Loop {
-    double area_px;
-    EdgePoint first;
-    EdgePoint halfway;
-  };
-  std::vector<Loop> loops_;
 };
 
 }  // namespace cylpose

@@ -84,10 +84,14 @@ class Outline {
     [[nodiscard]] Place at(const Eigen::Vector2d& on_circle) const;
     struct InCircle {
       Eigen::Vector2d place;
-      double squared;            // of the distance from the middle
-      Eigen::Vector2d slope;     // of that, per pixel
+      double squared;             // of the distance from the middle
+      Eigen::Vector2d by_cosine;  // its changes per pixel
+      Eigen::Vector2d by_sine;
       double on_flat;            // the place along by_sine where the ellipse is flat
       double thickness_squared;  // pixels, of half the ellipse across by_sine
+
+      // Of `squared`, per pixel.
+      [[nodiscard]] Eigen::Vector2d slope() const { return 2 * (place.x() * by_cosine + place.y() * by_sine); }
     };
     [[nodiscard]] InCircle in_circle(const Eigen::Vector2d& position_px) const;
     [[nodiscard]] double outside_px(const Eigen::Vector2d& position_px) const;

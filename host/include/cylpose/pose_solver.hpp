@@ -29,7 +29,8 @@ struct CheckOptions {
   /// Coloured pixels per pixel of such an outline, separate things elsewhere left out. Above: what is seen is larger.
   double max_blob_fill = 1.1;
   /// Where one base is hidden (seen less than `min_side_seen`), the other one's curvature is all that tells the part's
-  /// side from the edge of an occluder that lies along it: root mean square distance of that base's points in pixels.
+  /// side from the edge of an occluder that lies along it: root mean square distance of that base's points in pixels;
+  /// in pictures whose sides scatter more, 1.5 times theirs.
   double max_lone_base_rms_px = 0.1;
   /// How far both sides may go on beyond a base that is not seen, as a share of the part's length in the picture: what
   /// is longer than the part is not the part (> 0).
