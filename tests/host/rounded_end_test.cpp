@@ -18,6 +18,7 @@ std::vector<EdgePoint> points_on(const Eigen::Vector2d& outward, Height height_p
   std::vector<EdgePoint> points;
   for (int place = -8; place <= 8; ++place) {
     EdgePoint point;
+    point.inward = -outward;
     point.position_px = Eigen::Vector2d(700, 300) + place * Eigen::Vector2d(-outward.y(), outward.x()) +
                         (height_px(place) + noise(random)) * outward;
     points.push_back(point);
