@@ -28,8 +28,6 @@ constexpr double kSameEndPx = 0.05;
 constexpr double kWorthRefining = 0.8;
 // A solution rated higher leaves nothing for another hypothesis to explain.
 constexpr double kClearlyRight = 0.7;
-// Of an outline seen less than this there may be more views than those that were tried.
-constexpr double kMostSeen = 0.75;
 // Edges of the part scatter at least this much.
 constexpr double kMinSigmaPx = 0.05;
 // Poses farther apart than this are different answers; nearer ones are one answer with a larger covariance.
@@ -76,6 +74,7 @@ double perspective_px(const CameraModel& camera, const PartModel& part, const Cy
 bool perspective_tells(const CameraModel& camera, const PartModel& part, const PoseEstimate& estimate) {
   constexpr double kTellingPx = 0.5;
   constexpr double kTellingSigmas = 10;
+  constexpr double kMostSeen = 0.75;
   return estimate.seen > kMostSeen &&
          perspective_px(camera, part, estimate.pose) > kTellingPx + kTellingSigmas * estimate.rms_px;
 }
@@ -189,8 +188,7 @@ bool Contest::is_one_answer(const Solution& a, const Solution& b) const {
 
 // From the pose midway neither is another answer.
 bool Contest::may_lie_midway(const Solution& a, const Solution& b) const {
-  return !a.is_end_on && !b.is_end_on && std::min(a.estimate.seen, b.estimate.seen) > kMostSeen &&
-         is_within(a, b, 2 * kOtherAxis);
+  return !a.is_end_on && !b.is_end_on && is_within(a, b, 2 * kOtherAxis);
 }
 
 // Whether a pose refined before, at the same place, explains the points so much better that this one can raise no
