@@ -9,8 +9,8 @@
 namespace cylpose {
 
 /// By how much, in pixels, edge points bulge along `outward` over their length across it: the height of the parabola
-/// through them. 0 where a straight line fits them nearly as well (an occluder's edge), where they are hollow or too few.
-/// `outward` is a unit vector in the ideal camera's image, pointing out of the part.
+/// through them. 0 where a straight line fits them nearly as well (an occluder's edge), where they are hollow or too
+/// few. `outward` is a unit vector in the ideal camera's image, pointing out of the part.
 [[nodiscard]] double rounded_end_px(std::span<const EdgePoint> points, const Eigen::Vector2d& outward);
 
 }  // namespace cylpose

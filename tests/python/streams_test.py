@@ -55,9 +55,12 @@ class Streams(unittest.TestCase):
 
     def test_filtered_equal_the_command(self):
         frames = scene.sequence("occlusion", 20)
-        results = list(open_stream(frames, filter=True))
-        self.assertIn("predicted", {result.parts[0].status for result in results})
-        self.assert_equals_csv(results, frames.results("--filter", frames.frames))
+        hidden = scene.folder() / "hidden.png"
+        scene.Image.fromarray(np.full_like(frames.rgb(0), 128)).save(hidden)
+        files = [*frames.files[:12], hidden, hidden, *frames.files[14:]]
+        results = list(open_stream(frames, inputs=files, filter=True))
+        self.assertEqual([result.parts[0].status for result in results[12:14]], ["predicted"] * 2)
+        self.assert_equals_csv(results, frames.results("--filter", *files))
 
     def test_names_times_and_rates(self):
         frames = scene.sequence()
