@@ -211,8 +211,10 @@ void links(const std::string& url, int port, Results& results) {
   };
   const auto backend = coordinator(there, false, milliseconds(5000));
   wait_for_nodes(*backend, 1);
+  constexpr int kLocatings = 50;
   std::vector<double> locating;
-  for (int i = 0; i < 50; ++i) locating.push_back(detect(*backend, large.scene).times.back().milliseconds);
+  locating.reserve(kLocatings);
+  for (int i = 0; i < kLocatings; ++i) locating.push_back(detect(*backend, large.scene).times.back().milliseconds);
   std::this_thread::sleep_for(std::chrono::seconds(1));  // until the worker has told its rate
   const double ms_per_mpixel = 1e6 / backend->nodes().at(0).pixels_per_ms;
   const double locate_ms = share_of(locating, 0.5);

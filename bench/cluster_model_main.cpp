@@ -62,7 +62,7 @@ Measured measured_in(const std::string& path) {
     std::string x;
     double value = 0;
     if (!std::getline(fields, what, ',') || !std::getline(fields, x, ',') || !(fields >> value)) {
-      throw Error(ErrorKind::kInput, path + ": not a line of measurements: " + line);
+      throw Error(ErrorKind::kInput, fmt::format("{}: not a line of measurements: {}", path, line));
     }
     if (x.empty()) {
       measured.constants[what] = value;

@@ -73,6 +73,7 @@ class Borrowed final : public Backend {
 };
 
 /// A job, and all that is needed to do it.
+// NOLINTNEXTLINE(bugprone-exception-escape): the JSON value's constructor promises not to throw
 struct Task {
   NatsMessage message;
   std::string words;  ///< ARCHIVE.NUMBER
