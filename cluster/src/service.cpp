@@ -64,7 +64,7 @@ std::string Service::reply_to(const std::string& verb) const {
   if (verb == "INFO") {
     endpoint["metadata"] = nlohmann::json::object();
     reply["description"] = "finds the edges of coloured cylinders in tiles of frames";
-    reply["endpoints"] = {endpoint};
+    reply["endpoints"] = nlohmann::json::array({endpoint});
     reply["type"] = "io.nats.micro.v1.info_response";
   } else if (verb == "STATS") {
     const std::scoped_lock lock(mutex_);
@@ -76,7 +76,7 @@ std::string Service::reply_to(const std::string& verb) const {
     endpoint["average_processing_time"] = requests_ == 0 ? 0 : nanoseconds / requests_;
     reply["started"] =
         fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::to_time_t(started_)));
-    reply["endpoints"] = {endpoint};
+    reply["endpoints"] = nlohmann::json::array({endpoint});
     reply["type"] = "io.nats.micro.v1.stats_response";
   } else {
     reply["type"] = "io.nats.micro.v1.ping_response";

@@ -114,6 +114,12 @@ void Process::send(int signal) const {
   if (id_ > 0) ::kill(id_, signal);
 }
 
+bool Process::has_ended() const {
+  siginfo_t ended{};
+  return id_ <= 0 || (::waitid(P_PID, static_cast<id_t>(id_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+                      ended.si_pid == id_);
+}
+
 int Process::wait() {
   if (id_ <= 0) return -1;
   int status = 0;

@@ -21,6 +21,7 @@ class Process {
   [[nodiscard]] int id() const { return id_; }
   [[nodiscard]] std::string output() const;
   void send(int signal) const;
+  [[nodiscard]] bool has_ended() const;
   /// Exit code, or 128 + the signal that ended it.
   int wait();
   /// kill -9 and wait.
