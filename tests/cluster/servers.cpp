@@ -116,8 +116,8 @@ void Process::send(int signal) const {
 
 bool Process::has_ended() const {
   siginfo_t ended{};
-  return id_ <= 0 || (::waitid(P_PID, static_cast<id_t>(id_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
-                      ended.si_pid == id_);
+  return id_ <= 0 ||
+         (::waitid(P_PID, static_cast<id_t>(id_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid == id_);
 }
 
 int Process::wait() {
