@@ -116,7 +116,11 @@ inline CylinderPose random_pose(std::mt19937& random, const PartModel& part) {
   const CameraModel camera = test_camera();
   std::uniform_real_distribution<double> unit(-1, 1);
   while (true) {
-    const Eigen::Vector3d axis(unit(random), unit(random), unit(random));
+    // One draw a statement: compilers differ in the order of arguments.
+    const double axis_z = unit(random);
+    const double axis_y = unit(random);
+    const double axis_x = unit(random);
+    const Eigen::Vector3d axis(axis_x, axis_y, axis_z);
     const double z = 2.4 + 1.6 * unit(random);
     const CylinderPose pose{{0.4 * z * unit(random), 0.2 * z * unit(random), z}, axis.normalized()};
     if (axis.norm() > 1 || axis.norm() < 0.1) continue;
