@@ -9,11 +9,12 @@
 #include <cylpose/image_cv.hpp>
 #include <cylpose/render.hpp>
 #include <cylpose/srgb.hpp>
-#include <numbers>
 #include <numeric>
 #include <opencv2/core.hpp>
 #include <set>
 #include <utility>
+
+#include "angle.hpp"
 
 namespace cylpose::bench {
 namespace {
@@ -26,10 +27,6 @@ const PartModel kRed{"red", 0.05, 0.4, 340, 20, 0.3, 0.1};
 constexpr int kRim = 12;           // pixels at the picture's own edges that do not count
 constexpr double kNearPx = 4;      // edges farther from the border are specks of noise
 constexpr int kFewestPoints = 20;  // of one orientation and phase
-
-double radians(double degrees) {
-  return degrees * std::numbers::pi / 180;
-}
 
 SlantedEdge usual_edge() {
   SlantedEdge edge;

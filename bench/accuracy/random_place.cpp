@@ -5,19 +5,16 @@
 #include <cmath>
 #include <cylpose/cylinder.hpp>
 #include <cylpose/error.hpp>
-#include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
+
+#include "angle.hpp"
 
 namespace cylpose::bench {
 namespace {
 
 constexpr double kMarginPx = 6;  // of the outline from the image's border
-
-double radians(double degrees) {
-  return degrees * std::numbers::pi / 180;
-}
 
 bool is_inside_image(const CameraModel& camera, const PartModel& part, const CylinderPose& pose) {
   const auto outline = silhouette(pose, part.radius_m, part.height_m);

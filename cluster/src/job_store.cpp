@@ -142,10 +142,9 @@ PatientStore::PatientStore(const Connection& connection, std::chrono::seconds pa
     : connection_(connection), patience_(patience), stop_(std::move(stop)) {}
 
 void PatientStore::ask(const std::function<void(JobStore&)>& what) {
-  using Clock = std::chrono::steady_clock;
   constexpr std::chrono::seconds kFailing{20};
   constexpr std::chrono::milliseconds kRetry{50};
-  const auto start = Clock::now();
+  const auto start = std::chrono::steady_clock::now();
   auto there_since = start;
   while (!stop_()) {
     try {
@@ -153,7 +152,7 @@ void PatientStore::ask(const std::function<void(JobStore&)>& what) {
       return what(*store_);
     } catch (const Error&) {
       store_.reset();
-      const auto now = Clock::now();
+      const auto now = std::chrono::steady_clock::now();
       if (!connection_.connected()) there_since = now;
       if (connection_.closed() || now - start > patience_ || now - there_since > kFailing) throw;
     }

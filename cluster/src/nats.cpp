@@ -31,7 +31,7 @@ std::int64_t reconnect_delay_ms(natsConnection* /*connection*/, int attempts, vo
   return std::min(kFirst << std::clamp(attempts - 1, 0, kMostDoublings), kLongest);
 }
 
-std::string text_of(const std::filesystem::path& path) {
+std::string identity_text(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::ostringstream text;
   text << file.rdbuf();
@@ -41,7 +41,7 @@ std::string text_of(const std::filesystem::path& path) {
 
 void set_identity(natsOptions* options, const std::filesystem::path& creds) {
   if (creds.empty()) return;
-  const std::string text = text_of(creds);
+  const std::string text = identity_text(creds);
   if (text.find("BEGIN NATS USER JWT") != std::string::npos) {
     check(natsOptions_SetUserCredentialsFromFiles(options, creds.c_str(), nullptr), "set credentials");
     return;

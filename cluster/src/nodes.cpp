@@ -64,9 +64,8 @@ std::vector<NodeReport> list_nodes(const ConnectionOptions& options, std::chrono
   connection.publish(std::string("$SRV.STATS.") + kService, {}, inbox);
 
   std::vector<NodeReport> reports;
-  using Clock = std::chrono::steady_clock;
-  const auto end = Clock::now() + patience;
-  for (auto now = Clock::now(); now < end; now = Clock::now()) {
+  const auto end = std::chrono::steady_clock::now() + patience;
+  for (auto now = std::chrono::steady_clock::now(); now < end; now = std::chrono::steady_clock::now()) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - now) + std::chrono::milliseconds(1);
     NatsMessage message = next_message(answers, left);
     NodeReport report;

@@ -30,7 +30,7 @@ OpenclOptions opencl_options(const std::string& device) {
 }
 
 // In the order of the dataclass's fields.
-py::tuple to_python(const OpenclDevice& device) {
+py::tuple tuple_of(const OpenclDevice& device) {
   return py::make_tuple(device.index, device.platform, device.name, device.type, device.compute_units,
                         device.memory_bytes, device.device_version, device.driver_version, device.shares_memory,
                         device.sub_devices, device.unusable);
@@ -60,7 +60,7 @@ void bind_backends(py::module_& module) {
   module.def("devices", [] {
     const std::vector<OpenclDevice> found = without_gil(opencl_devices);
     py::list devices;
-    for (const OpenclDevice& device : found) devices.append(to_python(device));
+    for (const OpenclDevice& device : found) devices.append(tuple_of(device));
     return devices;
   });
 }

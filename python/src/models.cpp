@@ -57,13 +57,13 @@ std::string word_of(const Words<T>& words, T value) {
 }
 
 // In the order of the dataclass's fields.
-py::tuple to_python(const CameraModel& camera) {
+py::tuple tuple_of(const CameraModel& camera) {
   return py::make_tuple(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
                         word_of(distortion_models(), camera.distortion_model), py::tuple(py::cast(camera.distortion)),
                         word_of(transfers(), camera.transfer));
 }
 
-py::tuple to_python(const PartModel& part) {
+py::tuple tuple_of(const PartModel& part) {
   return py::make_tuple(python_text(part.name), part.radius_m, part.height_m,
                         py::make_tuple(part.hue_lo_deg, part.hue_hi_deg), part.min_saturation, part.min_value);
 }
@@ -98,13 +98,13 @@ std::vector<PartModel> parts_of(const py::iterable& parts) {
 void bind_models(py::module_& module) {
   module.def(
       "load_camera",
-      [](const std::filesystem::path& path) { return to_python(without_gil([&] { return load_camera(path); })); },
+      [](const std::filesystem::path& path) { return tuple_of(without_gil([&] { return load_camera(path); })); },
       py::arg("path"));
   module.def(
       "load_parts",
       [](const std::filesystem::path& path) {
         py::list parts;
-        for (const PartModel& part : without_gil([&] { return load_parts(path); })) parts.append(to_python(part));
+        for (const PartModel& part : without_gil([&] { return load_parts(path); })) parts.append(tuple_of(part));
         return parts;
       },
       py::arg("path"));

@@ -53,6 +53,7 @@ class PushPipeline {
                const std::string& device, bool filter, bool live, int lag)
       : camera_(camera_of(camera)),
         pipeline_(make_pipeline({camera, parts, backend, device, filter, live, lag}, queue_, false)) {}
+  // NOLINTNEXTLINE(bugprone-exception-escape): a mutex that cannot be locked leaves nothing to go on with
   ~PushPipeline() { close(); }
   PushPipeline(const PushPipeline&) = delete;
   PushPipeline& operator=(const PushPipeline&) = delete;

@@ -17,7 +17,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kColumnBytes = 20;        // 17 digits, sign, point and comma
 constexpr std::size_t kPlotBudget = 4'200'000;  // bytes: with all else the page stays below 5 MB
-constexpr double kMillimetres = 1000;
 
 /// Derived numbers, that no file holds: six digits.
 Json rounded(double value) {

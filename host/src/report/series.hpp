@@ -11,6 +11,8 @@
 
 namespace cylpose {
 
+inline constexpr double kMillimetres = 1000;  ///< of a metre
+
 /// One part; all lists have an entry per frame of the run.
 struct PartSeries {
   std::string name;

@@ -12,8 +12,6 @@
 namespace cylpose {
 namespace {
 
-constexpr double kMillimetres = 1000;
-
 struct Counts {
   std::size_t ok = 0, predicted = 0, none = 0, missing = 0;
 };
