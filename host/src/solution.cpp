@@ -154,6 +154,17 @@ double Judge::Hearing::clumping() const {
   return std::max(1.0, block_squares_ / blocks_ / (squares_ / count_) - by_chance);
 }
 
+double Judge::Hearing::scatter_px() const {
+  std::vector<double> distances_px;
+  for (const double residual_px : residuals_px) {
+    if (std::isfinite(residual_px)) distances_px.push_back(std::abs(residual_px));
+  }
+  if (distances_px.empty()) return std::numeric_limits<double>::infinity();
+  const auto middle = distances_px.begin() + static_cast<std::ptrdiff_t>(distances_px.size() / 2);
+  std::nth_element(distances_px.begin(), middle, distances_px.end());
+  return 1.4826 * *middle;
+}
+
 Judge::Judge(const CameraModel& camera, const PartModel& part, const SolveOptions& options,
              const RegionStatistics& region, const std::vector<EdgePoint>& points, const std::vector<Chain>& chains)
     : camera_(camera),
@@ -397,6 +408,7 @@ void Judge::judge(Solution& solution, Hearing hearing, double area_px, double co
   solution.unseen = estimate.support / per_judge * (1 - estimate.seen) / std::max(estimate.seen, 0.01);
   solution.rating = estimate.seen * explained / (1 + estimate.rms_px);
   solution.clumping = hearing.clumping();
+  solution.scatter_px = hearing.scatter_px();
   if (estimate.rms_px > (solution.is_blob ? check.max_blob_rms_px : check.max_rms_px)) {
     fail(estimate, fmt::format("edges {:.2f} px off the outline", estimate.rms_px));
   }
