@@ -91,14 +91,6 @@ class Judge {
     double block_squares_ = 0;
   };
 
-  void fail_if_longer(PoseEstimate& estimate, const Outline& outline, std::size_t base) const;
-
-  void fail_if_of_other_length(PoseEstimate& estimate, const CylinderPose& pose, std::size_t base,
-                               std::span<const EdgePoint> unexplained) const;
-
-  void fail_if_end_is_inside(PoseEstimate& estimate, const Outline& outline, std::size_t base,
-                             std::span<const EdgePoint> unexplained) const;
-
   // Coloured pixels, without those of separate things elsewhere: `is_elsewhere` says which points are.
   [[nodiscard]] double colored_px(const std::function<bool(const EdgePoint&)>& is_elsewhere) const;
 
