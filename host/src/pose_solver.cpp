@@ -137,7 +137,8 @@ class PartSolver {
 bool CheckOptions::is_valid(std::string* why) const {
   return require_share(min_seen, "min_seen", why) && require_share(min_side_seen, "min_side_seen", why) &&
          require_positive(max_rms_px, "max_rms_px", why) && require_positive(max_blob_rms_px, "max_blob_rms_px", why) &&
-         require_positive(max_blob_fill, "max_blob_fill", why) &&
+         require_positive(max_part_of_blob_rms_px, "max_part_of_blob_rms_px", why) &&
+         require_share(min_blob_seen, "min_blob_seen", why) && require_positive(max_blob_fill, "max_blob_fill", why) &&
          require_positive(max_lone_base_rms_px, "max_lone_base_rms_px", why) &&
          require_positive(max_overrun, "max_overrun", why) && require_share(min_explained, "min_explained", why) &&
          require_share(min_fill, "min_fill", why) && require_share(min_rim_seen, "min_rim_seen", why) &&

@@ -191,6 +191,11 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   if (side_seen < options_.check.min_side_seen && !rim_is_seen) {
     fail(estimate, fmt::format("only {:.0f} % of a side seen", 100 * side_seen));
   }
+  if (solution.is_blob && estimate.seen < options_.check.min_blob_seen &&
+      estimate.rms_px > options_.check.max_part_of_blob_rms_px) {
+    fail(estimate, fmt::format("seen along its axis, {:.0f} % of the outline, and edges {:.2f} px off it",
+                               100 * estimate.seen, estimate.rms_px));
+  }
   const double sides_rms_px = std::max(refined->piece_rms_px[kSide0], refined->piece_rms_px[kSide1]);
   const double lone_base_limit_px = std::max(options_.check.max_lone_base_rms_px, kMaxLoneBaseOfSides * sides_rms_px);
   const EndCheck end_check(camera_, part_, options_);
@@ -301,7 +306,7 @@ void Judge::judge(Solution& solution, Hearing hearing, double area_px, double co
   solution.rating = estimate.seen * explained / (1 + estimate.rms_px);
   solution.clumping = hearing.clumping();
   solution.scatter_px = hearing.scatter_px();
-  if (estimate.rms_px > (solution.is_blob ? check.max_blob_rms_px : check.max_rms_px)) {
+  if (estimate.rms_px > estimate.seen * (solution.is_blob ? check.max_blob_rms_px : check.max_rms_px)) {
     fail(estimate, fmt::format("edges {:.2f} px off the outline", estimate.rms_px));
   }
   const bool is_clear = solution.is_telling && solution.rating > kClearlyRight;

@@ -118,6 +118,34 @@ TEST_F(PoseSolverTest, APoseOfNoUseIsNoneByItsOwnCovariance) {
   EXPECT_THAT(with(10, 0.99 * line_sigma).reason, ::testing::HasSubstr("the distance of the axis is known to"));
 }
 
+// What is hidden cannot contradict: the less is seen, the better it must fit.
+TEST_F(PoseSolverTest, HalfAnOutlineMustFitTwiceAsWell) {
+  const CylinderPose pose{{0, 0, 1.5}, Eigen::Vector3d(0.2, -1, 0.3).normalized()};
+  IdealEdges how;
+  how.noise_px = 0.4;
+  EXPECT_EQ(solve(pose, how).status, PoseStatus::kOk);
+  how.is_visible = [](const Eigen::Vector2d& p) { return p.y() < 300 || p.y() > 460; };
+  const PoseEstimate half = solve(pose, how);
+  EXPECT_EQ(half.status, PoseStatus::kNone);
+  EXPECT_THAT(half.reason, ::testing::HasSubstr("px off the outline"));
+  how.noise_px = 0.1;
+  EXPECT_EQ(solve(pose, how).status, PoseStatus::kOk);
+}
+
+TEST_F(PoseSolverTest, AlongTheAxisAPartOfTheOutlineMustFitWell) {
+  const CylinderPose pose{{0.1, 0.05, 1.5}, Eigen::Vector3d(0.2, -0.1, 1).normalized()};
+  const Eigen::Vector2d middle = ideal_pixel(camera, pose.center_in_cam);
+  IdealEdges how;
+  how.noise_px = 0.2;
+  EXPECT_EQ(solve(pose, how).status, PoseStatus::kOk);
+  how.is_visible = [&](const Eigen::Vector2d& p) { return std::abs(p.x() - middle.x()) > 24; };
+  const PoseEstimate part_of_it = solve(pose, how);
+  EXPECT_EQ(part_of_it.status, PoseStatus::kNone);
+  EXPECT_THAT(part_of_it.reason, ::testing::HasSubstr("% of the outline, and edges"));
+  how.noise_px = 0.1;
+  EXPECT_EQ(solve(pose, how).status, PoseStatus::kOk);
+}
+
 TEST_F(PoseSolverTest, ABarAcrossTheMiddleLeavesThePose) {
   const CylinderPose pose{{0, 0, 1.5}, Eigen::Vector3d(0.2, -1, 0.2).normalized()};
   IdealEdges how;

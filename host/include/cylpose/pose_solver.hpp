@@ -22,10 +22,15 @@ struct CheckOptions {
   double min_seen = 0.4;
   /// The same for each of the two sides; a base seen less than this counts as hidden.
   double min_side_seen = 0.2;
-  /// Root mean square distance of the supporting points in pixels.
+  /// Root mean square distance of the supporting points in pixels, where all of the outline is seen; where less is, as
+  /// much less: what is hidden cannot contradict.
   double max_rms_px = 0.6;
   /// The same where the outline is hardly longer than wide (views along the axis): many things look like that.
   double max_blob_rms_px = 0.4;
+  /// The same where in addition less of the outline than `min_blob_seen` is seen: then hardly anything else tells a
+  /// wrong tilt.
+  double max_part_of_blob_rms_px = 0.15;
+  double min_blob_seen = 0.75;  ///< share, 0..1
   /// Coloured pixels per pixel of such an outline, separate things elsewhere left out. Above: what is seen is larger.
   double max_blob_fill = 1.1;
   /// Where one base is hidden (seen less than `min_side_seen`), the other one's curvature is all that tells the part's
