@@ -305,8 +305,8 @@ int steepest_of(const Value& value, int reach) {
   return steepest;
 }
 
-// The vertex of the slope (parabola through three) whose largest is the rise to pixel k, in 1/kSubpixel; none where that
-// is not the largest.
+// The vertex of the slope (parabola through three) whose largest is the rise to pixel k, in 1/kSubpixel; none where
+// that is not the largest.
 template <typename Value>
 std::optional<std::int64_t> vertex_of(const Value& value, int k) {
   const std::int64_t before = value(k - 1) - value(k - 2);
