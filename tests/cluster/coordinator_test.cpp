@@ -3,6 +3,7 @@
 #include <cylpose/cluster/nodes.hpp>
 #include <cylpose/error.hpp>
 #include <list>
+#include <set>
 
 #include "cluster_fixture.hpp"
 #include "fake_node.hpp"
@@ -99,6 +100,38 @@ TEST_F(Cluster, SeveralThreadsShareTheNodes) {
   }
   threads.clear();
   EXPECT_TRUE(nearly_all_by_nodes(cluster->counters()));
+}
+
+TEST_F(Cluster, FramesThatAreUnderWayAtOnceAreCutIntoFewerTiles) {
+  std::mutex mutex;
+  std::vector<FakeNode::Asked> kept;
+  std::set<int> rows;
+  std::list<FakeNode> nodes;
+  for (int i = 0; i < 4; ++i) {
+    nodes.emplace_back(server_.url(), [&](const Connection&, const FakeNode::Asked& asked) {
+      const Message message = decode(asked.message);
+      const auto& tile = std::get<Tile>(message.body);
+      const std::scoped_lock lock(mutex);
+      kept.push_back(asked);
+      rows.insert(tile.rows.end - tile.rows.first);
+    });
+  }
+  const auto cluster = coordinator(false, milliseconds(20'000));
+  ASSERT_TRUE(has_nodes(*cluster, nodes.size()));
+  const TestImage image = random_image(160, 192, random_);
+  std::vector<std::jthread> frames;
+  for (const int nodes_for_a_frame : {4, 2, 1}) {
+    frames.emplace_back(
+        [&] { static_cast<void>(cluster->detect(image.view(), image.view().bounds(), four_parts(), {})); });
+    EXPECT_TRUE(eventually([&] {
+      const std::scoped_lock lock(mutex);
+      return rows.contains(192 / nodes_for_a_frame);
+    }));
+  }
+  const std::scoped_lock lock(mutex);
+  for (const FakeNode::Asked& asked : kept) {
+    FakeNode::publish(nodes.front().connection(), asked.reply, FakeNode::honest(asked));
+  }
 }
 
 TEST_F(Cluster, NodesJoinAndLeaveAtAnyTime) {
