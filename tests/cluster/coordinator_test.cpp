@@ -2,6 +2,7 @@
 #include <csignal>
 #include <cylpose/cluster/nodes.hpp>
 #include <cylpose/error.hpp>
+#include <fstream>
 #include <list>
 #include <set>
 
@@ -287,6 +288,39 @@ TEST_F(Cluster, TheCommandDrainsOnSigterm) {
   EXPECT_EQ(worker.wait(), 0);
   EXPECT_TRUE(cluster->nodes().empty() || has_nodes(*cluster, 0));
   EXPECT_TRUE(nearly_all_by_nodes(cluster->counters()));
+}
+
+// Pages that the system had to give a process, from /proc/PID/stat.
+std::int64_t page_faults(int process) {
+  std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+  std::string text;
+  std::getline(file, text, ')');
+  constexpr int kMinorFaults = 10 - 2;
+  for (int i = 0; i < kMinorFaults; ++i) file >> text;
+  return std::stoll(text);
+}
+
+TEST_F(Cluster, AWorkerKeepsItsMemoryFromTileToTile) {
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+  GTEST_SKIP() << "sanitizers have an allocator of their own";
+#endif
+#endif
+  const Process worker({CYLPOSE_COMMAND, "worker", "--backend", "serial", "--server", server_.url()},
+                       folder_.path() / "worker.log");
+  const auto cluster = coordinator(false, milliseconds(20'000));
+  ASSERT_TRUE(has_nodes(*cluster, 1));
+  const TestImage image(640, 400);
+  const auto tiles = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      static_cast<void>(cluster->detect(image.view(), image.view().bounds(), four_parts(), {}));
+    }
+  };
+  tiles(20);
+  const std::int64_t before = page_faults(worker.id());
+  tiles(20);
+  const std::int64_t image_pages = 640 * 400 * 3 / 4096;
+  EXPECT_LT(page_faults(worker.id()) - before, 20 * image_pages);
 }
 
 TEST_F(Cluster, OptionsThatCannotWorkAreRefused) {
