@@ -14,6 +14,7 @@ namespace cylpose::cluster {
 namespace {
 
 using ::cylpose::testing::Cluster;
+using ::cylpose::testing::connection_to;
 using ::cylpose::testing::eventually;
 using ::cylpose::testing::FakeNode;
 using ::cylpose::testing::four_parts;
@@ -21,6 +22,7 @@ using ::cylpose::testing::kPatience;
 using ::cylpose::testing::NatsServer;
 using ::cylpose::testing::Process;
 using ::cylpose::testing::random_image;
+using ::cylpose::testing::remote_coordinator;
 using ::cylpose::testing::TestImage;
 using ::cylpose::testing::TestWorker;
 using std::chrono::milliseconds;
@@ -182,8 +184,7 @@ TEST_F(Cluster, AnotherVersionIsRefusedWithAWordToBothSides) {
 
 TEST_F(Cluster, ARealWorkerSaysThatItWasRefused) {
   const TestWorker worker(server_.url());
-  ConnectionOptions options;
-  options.servers = {server_.url()};
+  const ConnectionOptions options = connection_to(server_.url());
   std::vector<NodeReport> nodes;
   ASSERT_TRUE(eventually([&] { return !(nodes = list_nodes(options, milliseconds(100))).empty(); }));
   const Connection connection(options, "a coordinator of another version");
@@ -194,8 +195,7 @@ TEST_F(Cluster, ARealWorkerSaysThatItWasRefused) {
 
 TEST_F(Cluster, WorkersAnswerWhatTheyCannotDo) {
   const TestWorker worker(server_.url());
-  ConnectionOptions options;
-  options.servers = {server_.url()};
+  const ConnectionOptions options = connection_to(server_.url());
   std::vector<NodeReport> nodes;
   ASSERT_TRUE(eventually([&] { return !(nodes = list_nodes(options, milliseconds(100))).empty(); }));
   const Connection connection(options, "a stranger");
@@ -218,8 +218,7 @@ TEST_F(Cluster, WorkersAnswerWhatTheyCannotDo) {
 TEST_F(Cluster, NodesAreListedByTheServicesConvention) {
   const TestWorker first(server_.url(), "first");
   const TestWorker second(server_.url(), "second");
-  ConnectionOptions options;
-  options.servers = {server_.url()};
+  const ConnectionOptions options = connection_to(server_.url());
   std::vector<NodeReport> nodes;
   ASSERT_TRUE(eventually([&] { return (nodes = list_nodes(options, milliseconds(200))).size() == 2; }));
   EXPECT_EQ(nodes[0].name, "first");
@@ -243,11 +242,7 @@ TEST_F(Cluster, TilesKeepToTheServersLargestMessage) {
   TempDir folder;
   const NatsServer small(folder.path(), "max_payload: 40000\n");
   const TestWorker worker(small.url());
-  ClusterOptions options;
-  options.connection.servers = {small.url()};
-  options.share_local = false;
-  options.deadline = milliseconds(20'000);
-  const auto cluster = make_cluster_backend(make_backend("serial"), options);
+  const auto cluster = remote_coordinator(connection_to(small.url()));
   ASSERT_TRUE(has_nodes(*cluster, 1));
   TestImage image(300, 200);
   for (int y = 30; y < 170; ++y) {
@@ -267,11 +262,7 @@ TEST_F(Cluster, ResultsTooLargeForTheServerAreMadeLocally) {
   TempDir folder;
   const NatsServer small(folder.path(), "max_payload: 20000\n");
   const TestWorker worker(small.url());
-  ClusterOptions options;
-  options.connection.servers = {small.url()};
-  options.share_local = false;
-  options.deadline = milliseconds(20'000);
-  const auto cluster = make_cluster_backend(make_backend("serial"), options);
+  const auto cluster = remote_coordinator(connection_to(small.url()));
   ASSERT_TRUE(has_nodes(*cluster, 1));
   EXPECT_GT(expect_equal_frames(*cluster, 9), 100U);
   EXPECT_GT(cluster->counters().taken_back, 0);
