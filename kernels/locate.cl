@@ -15,6 +15,7 @@
 #define CYL_BACKGROUND_PIXELS 4       // beyond CYL_OUTWARD, for the background's colour
 #define CYL_NEAREST 2                 // pixels from the border between which the background is judged
 #define CYL_FARTHEST 6
+#define CYL_ROOT_BITS 8  // by which light is shifted before its root is taken
 #define CYL_NOT_FOUND INT_MIN
 
 // As far as anything looks along a diagonal.
@@ -208,11 +209,6 @@ static int offset_of(const Line* line, int crossing) {
   return offset < -reach || offset > reach ? CYL_NOT_FOUND : offset;
 }
 
-// Between pixels k - 1 and k.
-static int slope_at(const Profile* profile, Light channel, int k) {
-  return level_at(profile, channel, k) - level_at(profile, channel, k - 1);
-}
-
 static int three_levels(const Profile* profile, Light channel, int k) {
   return level_at(profile, channel, k) + level_at(profile, channel, k + 1) + level_at(profile, channel, k + 2);
 }
@@ -228,20 +224,47 @@ static bool is_ramp(Profile* profile, Light channel, int steepest) {
          8 * (2 * middle_sum - near_sum - far_sum) < far_sum - near_sum;
 }
 
+// The light itself or, where `root`, its root.
+static int light_at(const Profile* profile, Light channel, bool root, int k) {
+  const int light = level_at(profile, channel, k);
+  return root ? (int)integer_root((ulong)max(light, 0) << CYL_ROOT_BITS) : light;
+}
+
+static int rise_to(const Profile* profile, Light channel, bool root, int k) {
+  return light_at(profile, channel, root, k) - light_at(profile, channel, root, k - 1);
+}
+
+// The pixel at most `reach` away that rises most above the one before it.
+static int steepest_of(const Profile* profile, Light channel, bool root, int reach) {
+  int steepest = -reach;
+  int peak = rise_to(profile, channel, root, steepest);
+  for (int k = -reach + 1; k <= reach; ++k) {
+    const int rise = rise_to(profile, channel, root, k);
+    if (rise > peak) {
+      peak = rise;
+      steepest = k;
+    }
+  }
+  return steepest;
+}
+
+// The vertex of the slope whose largest is the rise to pixel k; CYL_NOT_FOUND where that is not the largest.
+static int vertex_of(const Profile* profile, Light channel, bool root, int k) {
+  const int before = rise_to(profile, channel, root, k - 1);
+  const int peak = rise_to(profile, channel, root, k);
+  const int after = rise_to(profile, channel, root, k + 1);
+  const int curvature = 2 * peak - before - after;
+  if (before > peak || after > peak || curvature == 0) return CYL_NOT_FOUND;
+  return k * CYL_SUBPIXEL - CYL_SUBPIXEL / 2 +
+         (int)rounded_quotient((long)(after - before) * (CYL_SUBPIXEL / 2), curvature);
+}
+
 static int offset_by_limb(Profile* profile, Light channel) {
   const Line* line = &profile->lines->middle;
   const int reach = pixels_along(line, CYL_REACH);
   read_up_to(profile, -reach - 2, reach + 1);
-  int steepest = -reach;
-  int peak = slope_at(profile, channel, steepest);
-  for (int k = -reach + 1; k <= reach; ++k) {
-    const int slope = slope_at(profile, channel, k);
-    if (slope > peak) {
-      peak = slope;
-      steepest = k;
-    }
-  }
-  if (peak <= 0) return 0;
+  const int steepest = steepest_of(profile, channel, false, reach);
+  if (rise_to(profile, channel, false, steepest) <= 0) return 0;
   int border = CYL_NOT_FOUND;
   if (!is_ramp(profile, channel, steepest)) {
     const BorderFilter filter = limb_filter();
@@ -249,13 +272,12 @@ static int offset_by_limb(Profile* profile, Light channel) {
     border = crossing(profile, channel, &filter, steepest, steps);
   }
   if (border == CYL_NOT_FOUND) {
-    const int before = slope_at(profile, channel, steepest - 1);
-    const int after = slope_at(profile, channel, steepest + 1);
-    const int curvature = 2 * peak - before - after;
-    if (before > peak || after > peak || curvature == 0) return 0;
-    const int vertex = (int)rounded_quotient((long)(after - before) * (CYL_SUBPIXEL / 2), curvature);
-    border = steepest * CYL_SUBPIXEL - CYL_SUBPIXEL / 2 + vertex;
+    border = vertex_of(profile, channel, false, steepest);
+    const int beginning = vertex_of(profile, channel, true, steepest_of(profile, channel, true, reach));
+    const int deep = 3 * CYL_SUBPIXEL / 2;
+    if (beginning != CYL_NOT_FOUND && (border == CYL_NOT_FOUND || border - beginning > deep)) border = beginning;
   }
+  if (border == CYL_NOT_FOUND) return 0;
   const int offset = offset_of(line, border);
   return offset == CYL_NOT_FOUND ? 0 : offset;
 }

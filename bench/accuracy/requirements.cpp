@@ -119,8 +119,11 @@ std::vector<Requirement> pose_requirements(std::span<const Outcome> outcomes) {
   const auto share = [](const Cell& c) { return c.center_share ? std::optional(100 * *c.center_share) : std::nullopt; };
   for (const auto& [distance_m, limit] : {std::pair(5.0, 0.3), {3.0, 0.1}, {1.5, 0.03}, {1.0, 0.03}}) {
     judge.add(fmt::format("centre, median, {:g} m", distance_m), open_at(distance_m), share, 0, limit, "% of distance");
+    const Filter bound_above_limit = [distance_m = distance_m, limit = limit](const Outcome& o) {
+      return open_at(distance_m)(o) && o.bound && 100 * o.bound->center_m > limit * o.distance_m;
+    };
     judge.add(
-        fmt::format("centre, median / bound, {:g} m", distance_m), open_at(distance_m),
+        fmt::format("centre, median / bound, {:g} m, where that is above {:g} %", distance_m, limit), bound_above_limit,
         [](const Cell& c) { return c.center_to_bound; }, 0, 2, "");
   }
   judge.add("axis, median, 5 m", open_at(5), axis_deg<&Statistics::median>(), 0, 1, "deg");

@@ -101,6 +101,22 @@ CylinderPose moved(const CylinderPose& pose, const Eigen::Matrix<double, 6, 1>& 
   return {pose.center_in_cam + change.head<3>(), Eigen::AngleAxisd(angle, rotation / angle) * pose.axis_in_cam};
 }
 
+// The estimate, or none where its own covariance says that it is worth nothing.
+PoseEstimate precise_enough(const CheckOptions& check, PoseEstimate estimate) {
+  const double axis_sigma_deg = estimate.sigma_axis_rad() * 180 / std::numbers::pi;
+  if (!(axis_sigma_deg <= check.max_axis_sigma_deg)) {
+    return no_pose(fmt::format("the axis is known to {:.0f} deg only", axis_sigma_deg));
+  }
+  const Eigen::Vector3d& axis = estimate.pose.axis_in_cam;
+  const Eigen::Vector3d& center = estimate.pose.center_in_cam;
+  const Eigen::Vector3d across = center - axis.dot(center) * axis;  // from the pinhole to the axis line
+  const double line_sigma_m = std::sqrt(across.dot(estimate.covariance.topLeftCorner<3, 3>() * across)) / across.norm();
+  if (line_sigma_m > check.max_line_sigma * center.norm()) {
+    return no_pose(fmt::format("the distance of the axis is known to {:.0f} mm only", 1000 * line_sigma_m));
+  }
+  return estimate;
+}
+
 bool is_ok(const Solution& solution) {
   return solution.estimate.status == PoseStatus::kOk;
 }
@@ -223,7 +239,7 @@ double Contest::edge_sigma_px() const {
   for (const Solution& solution : solutions_) most = std::max(most, solution.estimate.support);
   double sigma_px = std::numeric_limits<double>::infinity();
   for (const Solution& solution : solutions_) {
-    if (2 * solution.estimate.support > most) sigma_px = std::min(sigma_px, solution.estimate.rms_px);
+    if (2 * solution.estimate.support > most) sigma_px = std::min(sigma_px, solution.scatter_px);
   }
   return std::max(kMinSigmaPx, sigma_px);
 }
@@ -309,7 +325,7 @@ PoseEstimate Contest::verdict() const {
   const Eigen::Matrix<double, 6, 1> half = widest / 2;
   estimate.covariance += half * half.transpose();
   estimate.pose = with_fixed_sign(moved(estimate.pose, half));
-  return estimate;
+  return precise_enough(options_.check, std::move(estimate));
 }
 
 }  // namespace cylpose

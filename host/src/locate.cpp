@@ -17,6 +17,7 @@ namespace {
 constexpr int kUnit = 1 << 12;     // length of a unit normal
 constexpr int kSubpixel = 1 << 8;  // offsets
 constexpr int kReach = static_cast<int>(kLocateReach * kSubpixel);
+constexpr int kRootBits = 8;  // by which light is shifted before its root is taken
 
 // Distances from the edge pixel along the normal, in pixels. Gamma and shading put an edge pixel up to about 1.6 px
 // inside of the border, blur of 2 px up to 3.
@@ -294,31 +295,49 @@ bool is_ramp(const Profile& profile, const Light& channel, int steepest) {
   return 3 * (far - near) > near - outside && 8 * (2 * middle - near - far) < far - near;
 }
 
-// By a channel that is zero outside. The limb filter's sum has more zeros than one, so it starts from the largest
-// slope, which lies at most a pixel inside of the border. Where there is no zero near by, or a terminator makes the
-// light fall off otherwise, the vertex of the slope is taken (parabola through three). Zero where the light does not
-// rise inward.
-std::int64_t offset_by_limb(const Profile& profile, const Line& line, const Light& channel) {
-  const auto slope = [&](int k) {  // between pixels k - 1 and k
-    return level(profile[k], channel) - level(profile[k - 1], channel);
-  };
-  const int reach = line.pixels(kLocateReach);
+// The pixel at most `reach` away that rises most above the one before it.
+template <typename Value>
+int steepest_of(const Value& value, int reach) {
   int steepest = -reach;
   for (int k = -reach + 1; k <= reach; ++k) {
-    if (slope(k) > slope(steepest)) steepest = k;
+    if (value(k) - value(k - 1) > value(steepest) - value(steepest - 1)) steepest = k;
   }
-  const std::int64_t peak = slope(steepest);
-  if (peak <= 0) return 0;
+  return steepest;
+}
+
+// The vertex of the slope (parabola through three) whose largest is the rise to pixel k, in 1/kSubpixel; none where that
+// is not the largest.
+template <typename Value>
+std::optional<std::int64_t> vertex_of(const Value& value, int k) {
+  const std::int64_t before = value(k - 1) - value(k - 2);
+  const std::int64_t peak = value(k) - value(k - 1);
+  const std::int64_t after = value(k + 1) - value(k);
+  if (before > peak || after > peak || 2 * peak == before + after) return std::nullopt;
+  return std::int64_t{k} * kSubpixel - kSubpixel / 2 +
+         rounded_quotient((after - before) * (kSubpixel / 2), 2 * peak - before - after);
+}
+
+// By a channel that is zero outside. The limb filter's sum has more zeros than one, so it starts from the largest
+// slope, which lies at most a pixel inside of the border. Where there is no zero near by, or a terminator makes the
+// light fall off otherwise, the vertex of the slope is taken. Where that lies deep inside, it is the terminator's: then
+// the root of the light tells where it begins, to half a pixel, be that a step, a ramp or both. Zero where the light
+// does not rise inward.
+std::int64_t offset_by_limb(const Profile& profile, const Line& line, const Light& channel) {
   constexpr int kSteps = 2;
+  constexpr int kDeep = 3 * kSubpixel / 2;  // farther apart than a blur of 1.5 px makes the vertices at a step
+  const int reach = line.pixels(kLocateReach);
+  const auto light = [&](int k) { return level(profile[k], channel); };
+  const int steepest = steepest_of(light, reach);
+  if (light(steepest) <= light(steepest - 1)) return 0;
   std::optional<std::int64_t> border;
   if (!is_ramp(profile, channel, steepest)) border = crossing(profile, channel, kLimbFilter, steepest, kSteps);
   if (!border) {
-    const std::int64_t before = slope(steepest - 1);
-    const std::int64_t after = slope(steepest + 1);
-    if (before > peak || after > peak || 2 * peak == before + after) return 0;
-    border = std::int64_t{steepest} * kSubpixel - kSubpixel / 2 +
-             rounded_quotient((after - before) * (kSubpixel / 2), 2 * peak - before - after);
+    const auto root = [&](int k) { return integer_root(std::max<std::int64_t>(0, light(k)) << kRootBits); };
+    border = vertex_of(light, steepest);
+    const std::optional<std::int64_t> beginning = vertex_of(root, steepest_of(root, reach));
+    if (beginning && (!border || *border - *beginning > kDeep)) border = beginning;
   }
+  if (!border) return 0;
   const std::int64_t offset = line.to_normal(*border);
   return std::abs(offset) > kReach ? 0 : offset;
 }

@@ -141,7 +141,9 @@ bool CheckOptions::is_valid(std::string* why) const {
          require_positive(max_lone_base_rms_px, "max_lone_base_rms_px", why) &&
          require_positive(max_overrun, "max_overrun", why) && require_share(min_explained, "min_explained", why) &&
          require_share(min_fill, "min_fill", why) && require_share(min_rim_seen, "min_rim_seen", why) &&
-         require_positive(min_evidence, "min_evidence", why);
+         require_positive(min_evidence, "min_evidence", why) &&
+         require_positive(max_axis_sigma_deg, "max_axis_sigma_deg", why) &&
+         require_positive(max_line_sigma, "max_line_sigma", why);
 }
 
 bool SolveOptions::is_valid(std::string* why) const {

@@ -7,15 +7,13 @@
 #include <cmath>
 #include <cylpose/axial.hpp>
 #include <cylpose/base_pose.hpp>
-#include <cylpose/line.hpp>
 #include <cylpose/refine.hpp>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
+#include "end_check.hpp"
 #include "loop.hpp"
-#include "rounded_end.hpp"
 
 namespace cylpose {
 namespace {
@@ -96,21 +94,6 @@ bool is_blob(const CameraModel& camera, const PartModel& part, const CylinderPos
   return length_px.norm() < kMaxLengthOfWidth * width_px(camera, part, pose);
 }
 
-// How far a side goes on beyond the end at `base`, by the edge points on its line there, in pixels: a longer part than
-// ours, seen where no base of ours is.
-double overrun_px(const CameraModel& camera, const Outline& outline, std::size_t side, std::size_t base,
-                  std::span<const EdgePoint> points, double gate_px) {
-  constexpr double kMinNormalCosine = 0.95;
-  const ImageLine& line = outline.sides()[side];
-  const Eigen::Vector2d end = ideal_pixel(camera, outline.end_of_side(side, base));
-  const Eigen::Vector2d onward = (end - ideal_pixel(camera, outline.end_of_side(side, 1 - base))).normalized();
-  return static_cast<double>(std::ranges::count_if(points, [&](const EdgePoint& point) {
-    return onward.dot(point.position_px - end) > gate_px &&
-           std::abs(signed_distance(line, point.position_px)) <= gate_px &&
-           line.normal.dot(point.inward) > kMinNormalCosine;
-  }));
-}
-
 void fail(PoseEstimate& estimate, std::string reason) {
   if (estimate.status == PoseStatus::kOk) {
     estimate.status = PoseStatus::kNone;
@@ -152,6 +135,17 @@ double Judge::Hearing::clumping() const {
   if (blocks_ == 0 || squares_ == 0) return kBlock;
   const double by_chance = std::sqrt(2.0 / blocks_);  // standard deviation of that ratio for independent errors
   return std::max(1.0, block_squares_ / blocks_ / (squares_ / count_) - by_chance);
+}
+
+double Judge::Hearing::scatter_px() const {
+  std::vector<double> distances_px;
+  for (const double residual_px : residuals_px) {
+    if (std::isfinite(residual_px)) distances_px.push_back(std::abs(residual_px));
+  }
+  if (distances_px.empty()) return std::numeric_limits<double>::infinity();
+  const auto middle = distances_px.begin() + static_cast<std::ptrdiff_t>(distances_px.size() / 2);
+  std::nth_element(distances_px.begin(), middle, distances_px.end());
+  return 1.4826 * *middle;
 }
 
 Judge::Judge(const CameraModel& camera, const PartModel& part, const SolveOptions& options,
@@ -199,6 +193,7 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   }
   const double sides_rms_px = std::max(refined->piece_rms_px[kSide0], refined->piece_rms_px[kSide1]);
   const double lone_base_limit_px = std::max(options_.check.max_lone_base_rms_px, kMaxLoneBaseOfSides * sides_rms_px);
+  const EndCheck end_check(camera_, part_, options_);
   for (const std::size_t lone_base : {std::size_t{kBase0}, std::size_t{kBase1}}) {
     const std::size_t other_base = kBase0 + kBase1 - lone_base;
     if (refined->piece_seen[other_base] >= options_.check.min_side_seen) continue;
@@ -206,7 +201,7 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
     if (rms_px > lone_base_limit_px) {
       fail(estimate, fmt::format("the only base seen fits badly ({:.2f} px)", rms_px));
     }
-    fail_if_longer(estimate, *outline, other_base - kBase0);
+    if (const auto why = end_check.longer_part(*outline, other_base - kBase0, points_)) fail(estimate, *why);
   }
 
   const auto place_of = [&](const EdgePoint& point) {
@@ -227,8 +222,8 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   }
   for (const std::size_t base : {std::size_t{0}, std::size_t{1}}) {
     if (refined->piece_seen[kBase0 + base] >= 0.5) continue;
-    fail_if_of_other_length(estimate, refined->pose, base, unexplained);
-    fail_if_end_is_inside(estimate, *outline, base, unexplained);
+    if (const auto why = end_check.part_of_other_length(refined->pose, base, unexplained)) fail(estimate, *why);
+    if (const auto why = end_check.end_inside(*outline, base, unexplained)) fail(estimate, *why);
   }
   // Inside the image, taken to be the share of its stations that lie there.
   const double visible_area_px = outline->area_px() * stations / static_cast<double>(outline->station_count());
@@ -239,98 +234,6 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   judge(solution, std::move(hearing), visible_area_px,
         colored_px([&](const EdgePoint& point) { return place_of(point) == Hearing::Place::kElsewhere; }));
   return solution;
-}
-
-// Both sides of a longer cylinder go on; one alone may be an occluder's edge.
-void Judge::fail_if_longer(PoseEstimate& estimate, const Outline& outline, std::size_t base) const {
-  const double gate_px = options_.refine.final_gate_px;
-  const double beyond_px = std::min(overrun_px(camera_, outline, 0, base, points_, gate_px),
-                                    overrun_px(camera_, outline, 1, base, points_, gate_px));
-  const double length_px =
-      (ideal_pixel(camera_, outline.end_of_side(0, 0)) - ideal_pixel(camera_, outline.end_of_side(0, 1))).norm();
-  if (beyond_px > options_.check.max_overrun * length_px) {
-    fail(estimate, fmt::format("the sides go on for {:.0f} px beyond the part's end", beyond_px));
-  }
-}
-
-// An occluder hides an end, but it does not show the rim of one at another place: then what is seen is a part of
-// another length. What fits a straight line better, or is seen so flat that it might, is an occluder's edge.
-void Judge::fail_if_of_other_length(PoseEstimate& estimate, const CylinderPose& pose, std::size_t base,
-                                    std::span<const EdgePoint> unexplained) const {
-  constexpr double kMinAxisCosine = 0.5;
-  constexpr double kMinRimSeen = 0.5;
-  constexpr double kMinBulgePx = 2;
-  const Eigen::Vector3d& axis = pose.axis_in_cam;
-  const double middle = axis.dot(pose.center_in_cam);
-  const AxisLine line{pose.center_in_cam - middle * axis, axis};
-  const Eigen::Vector3d step = axis * (part_.height_m / 100);
-  const Eigen::Vector2d axis_image =
-      (ideal_pixel(camera_, pose.center_in_cam + step) - ideal_pixel(camera_, pose.center_in_cam - step)).normalized();
-  const double outward = base == 0 ? -1 : 1;
-  std::vector<double> places;
-  for (const EdgePoint& point : unexplained) {
-    if (-outward * point.inward.dot(axis_image) < kMinAxisCosine) continue;
-    const auto place = place_of_base(line, part_.radius_m, ideal_ray(camera_, point.position_px), base == 1);
-    if (place) places.push_back(*place);
-  }
-  if (static_cast<int>(places.size()) < kMinSupport / 2) return;
-  std::nth_element(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(places.size() / 2), places.end());
-  const double seen_end = places[places.size() / 2];
-  const double other_end = middle - outward * part_.height_m / 2;
-  PartModel other = part_;
-  other.height_m = outward * (seen_end - other_end);
-  if (!(other.height_m > 0)) return;
-  const auto outline =
-      Outline::of(camera_, other, {line.point_in_cam + (seen_end + other_end) / 2 * axis, pose.axis_in_cam});
-  if (!outline) return;
-
-  const std::size_t rim = kBase0 + base;
-  const std::vector<Outline::Station> stations = outline->stations();
-  std::vector<bool> seen(stations.size(), false);
-  std::vector<EdgePoint> on_rim;
-  double sum_px = 0;
-  double squares_px = 0;
-  for (const EdgePoint& point : unexplained) {
-    const auto match = outline->match(point, options_.refine.final_gate_px);
-    if (!match || match->piece != rim) continue;
-    seen[outline->station_of(*match)] = true;
-    on_rim.push_back(point);
-    sum_px += match->distance_px;
-    squares_px += match->distance_px * match->distance_px;
-  }
-  const auto on_rim_count = static_cast<double>(on_rim.size());
-  const auto count = std::ranges::count(stations, static_cast<OutlinePiece>(rim), &Outline::Station::piece);
-  const auto hits = static_cast<double>(std::count(seen.begin(), seen.end(), true));
-  if (on_rim.size() < 3 || outline->bulge_px(base) < kMinBulgePx || hits < kMinRimSeen * static_cast<double>(count)) {
-    return;
-  }
-  Chain all(on_rim.size());
-  std::iota(all.begin(), all.end(), 0);
-  const double mean_px = sum_px / on_rim_count;
-  const double rms_to_rim_px = std::sqrt(std::max(0.0, squares_px / on_rim_count - mean_px * mean_px));
-  if (rms_to_rim_px < fit_line(on_rim, all).rms_px) {
-    fail(estimate, fmt::format("an end is seen at {:.3g} m of the other, the part is {:.3g} m long", other.height_m,
-                               part_.height_m));
-  }
-}
-
-// A rim inside the outline, whatever its tilt: where the part is taken to go on, behind an occluder whose edge would be
-// round just there.
-void Judge::fail_if_end_is_inside(PoseEstimate& estimate, const Outline& outline, std::size_t base,
-                                  std::span<const EdgePoint> unexplained) const {
-  constexpr double kMinOutwardCosine = 0.5;
-  constexpr double kMinBulgePx = 0.5;  // several times what edges of a straight border err
-  const Eigen::Vector2d outward =
-      (ideal_pixel(camera_, outline.end_of_side(0, base)) - ideal_pixel(camera_, outline.end_of_side(0, 1 - base)))
-          .normalized();
-  std::vector<EdgePoint> end;
-  std::ranges::copy_if(unexplained, std::back_inserter(end), [&](const EdgePoint& point) {
-    return -point.inward.dot(outward) > kMinOutwardCosine && outline.within(point.position_px, kClutterMarginPx);
-  });
-  const double bulge_px = rounded_end_px(end, outward);
-  if (bulge_px >= kMinBulgePx) {
-    fail(estimate, fmt::format("an end that bulges by {:.1f} px is seen where the part would go on", bulge_px));
-  }
 }
 
 std::optional<Solution> Judge::end_on(const FittedEllipse& base) const {
@@ -397,6 +300,7 @@ void Judge::judge(Solution& solution, Hearing hearing, double area_px, double co
   solution.unseen = estimate.support / per_judge * (1 - estimate.seen) / std::max(estimate.seen, 0.01);
   solution.rating = estimate.seen * explained / (1 + estimate.rms_px);
   solution.clumping = hearing.clumping();
+  solution.scatter_px = hearing.scatter_px();
   if (estimate.rms_px > (solution.is_blob ? check.max_blob_rms_px : check.max_rms_px)) {
     fail(estimate, fmt::format("edges {:.2f} px off the outline", estimate.rms_px));
   }

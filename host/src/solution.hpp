@@ -27,6 +27,7 @@ struct Solution {
   bool is_telling = false;           ///< neither a box nor a ball has such an outline
   double rating = 0;                 ///< of how much is seen and explained, and how tightly; 1 would be perfect
   std::vector<double> residuals_px;  ///< of the judging points; infinite for those that do not belong to the outline
+  double scatter_px = 0;             ///< robust standard deviation of those that do: a few far off do not move it
   double unseen = 0;                 ///< places of the outline where no judging point is, as a number of points
   double clumping = 1;               ///< how many neighbouring points err alike: so many count as one
 };
@@ -73,6 +74,7 @@ class Judge {
     enum class Place { kInside, kAlong, kBeyond, kElsewhere };
     void unmatched(Place place);
     [[nodiscard]] double clumping() const;
+    [[nodiscard]] double scatter_px() const;  // 1.4826 times the median distance; infinite where nothing matched
     [[nodiscard]] int matched_count() const { return count_; }
 
     int clutter = 0;    // inside, but not on the outline
@@ -88,14 +90,6 @@ class Judge {
     int blocks_ = 0;
     double block_squares_ = 0;
   };
-
-  void fail_if_longer(PoseEstimate& estimate, const Outline& outline, std::size_t base) const;
-
-  void fail_if_of_other_length(PoseEstimate& estimate, const CylinderPose& pose, std::size_t base,
-                               std::span<const EdgePoint> unexplained) const;
-
-  void fail_if_end_is_inside(PoseEstimate& estimate, const Outline& outline, std::size_t base,
-                             std::span<const EdgePoint> unexplained) const;
 
   // Coloured pixels, without those of separate things elsewhere: `is_elsewhere` says which points are.
   [[nodiscard]] double colored_px(const std::function<bool(const EdgePoint&)>& is_elsewhere) const;

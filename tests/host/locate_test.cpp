@@ -138,7 +138,9 @@ TEST(Locate, BeforeBlackTheFalloffOfLightHardlyMovesTheBorder) {
   for (const Case& c : {Case{"limb 40 px", 40, 0.25, 0, 0.05, 0.1}, Case{"limb 12 px", 12, 0.25, 0, 0.1, 0.1},
                         Case{"limb 200 px", 200, 0.25, 0, 0.06, 0.1}, Case{"no falloff", 0, 1, 0, 0.05, 0.06},
                         Case{"dark limb", 40, 0.05, 0, 0.1, 0.25}, Case{"lit from aside", 40, 0.1, 60, 0.05, 0.06},
-                        Case{"terminator near the limb", 40, 0.25, -20, 0.05, 0.15}}) {
+                        Case{"terminator near the limb", 40, 0.25, -20, 0.05, 0.15},
+                        Case{"terminator that outshines the limb", 20, 0.1, -20, 0.25, 0.3},
+                        Case{"the same of a wide part", 40, 0.1, -20, 0.15, 0.3}}) {
     SlantedEdge edge;
     edge.background = light_of_codes(3, 3, 3);
     edge.limb_px = c.limb_px;

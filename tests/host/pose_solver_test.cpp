@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cylpose/error.hpp>
@@ -95,6 +96,26 @@ TEST_F(PoseSolverTest, BothBasesHiddenTheCovarianceSaysSo) {
   EXPECT_LT(estimate.covariance(0, 0), 0.001 * 0.001);
   EXPECT_LT(std::abs(estimate.pose.center_in_cam.y() - pose.center_in_cam.y()),
             3 * std::sqrt(estimate.covariance(1, 1)));
+}
+
+TEST_F(PoseSolverTest, APoseOfNoUseIsNoneByItsOwnCovariance) {
+  const CylinderPose pose{{0, 0, 1.5}, -Eigen::Vector3d::UnitY()};
+  IdealEdges how;
+  how.noise_px = 0.05;
+  const EdgeField field = field_of(camera, ideal_edges(camera, part, pose, how));
+  const auto with = [&](double max_axis_sigma_deg, double max_line_sigma) {
+    SolveOptions options;
+    options.check.max_axis_sigma_deg = max_axis_sigma_deg;
+    options.check.max_line_sigma = max_line_sigma;
+    return PoseSolver(camera, {part}, options).solve(field).at(0);
+  };
+  const PoseEstimate usual = with(10, 0.02);
+  ASSERT_EQ(usual.status, PoseStatus::kOk) << usual.reason;
+  const double axis_sigma_deg = usual.sigma_axis_rad() * 180 / std::numbers::pi;
+  const double line_sigma = std::sqrt(usual.covariance(2, 2)) / usual.pose.center_in_cam.norm();
+  EXPECT_EQ(with(1.01 * axis_sigma_deg, 1.01 * line_sigma).status, PoseStatus::kOk);
+  EXPECT_THAT(with(0.99 * axis_sigma_deg, 1).reason, ::testing::HasSubstr("the axis is known to"));
+  EXPECT_THAT(with(10, 0.99 * line_sigma).reason, ::testing::HasSubstr("the distance of the axis is known to"));
 }
 
 TEST_F(PoseSolverTest, ABarAcrossTheMiddleLeavesThePose) {

@@ -237,12 +237,12 @@ TEST_P(Differential, PatternsThatMaskLogicMayGetWrong) {
 }
 
 // All ways in which a border is located, at all angles: by the outside's share, before texture, before black; before
-// the dark side of a limb, and without any colour.
+// the dark side of a limb, inside of which a terminator outshines it, and without any colour.
 TEST_P(Differential, BordersBeforeAllKindsOfBackground) {
   using testing::light_of_codes;
   const std::vector<PartModel> red{{"red", 0.05, 0.4, 340, 20, 0.3, 0.1}};
   const std::vector<PartModel> bright{{"bright", 0.05, 0.4, 0, 360, 0, 0.3}};
-  std::vector<testing::SlantedEdge> cases(7);
+  std::vector<testing::SlantedEdge> cases(8);
   cases[1].background = light_of_codes(90, 90, 90);
   cases[1].second = light_of_codes(200, 180, 170);
   cases[1].texture_px = 7;
@@ -254,6 +254,9 @@ TEST_P(Differential, BordersBeforeAllKindsOfBackground) {
   cases[4].noise = 8;
   cases[6] = cases[2];
   cases[6].light_rad = -0.35;
+  cases[7] = cases[6];
+  cases[7].limb_px = 20;
+  cases[7].ambient = 0.1;
   cases[5].gray = true;
   cases[5].part = light_of_codes(200, 200, 200);
   cases[5].background = light_of_codes(40, 40, 40);

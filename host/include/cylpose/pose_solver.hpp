@@ -47,6 +47,12 @@ struct CheckOptions {
   /// residuals, whether the other one passes the tests above or not: the logarithm of the ratio, neighbouring points
   /// that err alike counted as one (> 0). Lower gives more poses, and with badly located edges wrong ones.
   double min_evidence = 6;
+  /// What a pose's own covariance may say at most, for what is known worse is of no use as a pose: the standard
+  /// deviation of the axis direction in degrees (PoseEstimate::sigma_axis_rad), and of the axis line's distance from
+  /// the camera's centre as a share of the part's distance (both > 0). The place along the axis may be unknown: both
+  /// ends can be hidden.
+  double max_axis_sigma_deg = 10;
+  double max_line_sigma = 0.02;
 
   [[nodiscard]] bool is_valid(std::string* why) const;
 };
