@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <malloc.h>
 
 #include <cstdlib>
 #include <cylpose/cluster/archive.hpp>
@@ -49,7 +50,16 @@ std::vector<std::string> local_backends() {
   return names;
 }
 
+// A tile comes and goes with some megabytes in large pieces. Returned to the system whenever no tile is waiting, they
+// cost the next tile a page fault for every 4 KiB: a quarter of the time of a worker.
+void keep_freed_memory() {
+  constexpr int kMegabyte = 1 << 20;
+  mallopt(M_MMAP_THRESHOLD, 32 * kMegabyte);
+  mallopt(M_TRIM_THRESHOLD, 64 * kMegabyte);
+}
+
 void work(const Arguments& arguments) {
+  keep_freed_memory();
   const InterruptGuard interrupt;
   cluster::WorkerOptions options;
   options.connection = connection_options(arguments.connection);

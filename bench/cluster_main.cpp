@@ -6,10 +6,11 @@
 //   cylpose_cluster_bench rate URL NODES         frames a second by nodes alone, several frames under way
 //   cylpose_cluster_bench link URL PORT          time of a frame over links of several rates, and with tiles of several
 //                                                heights; the link is a proxy of its own on that port
-//   cylpose_cluster_bench soak URL FRAMES        frames compared with serial, whatever happens to nodes and server
+//   cylpose_cluster_bench soak URL FRAMES PID    frames compared with serial, whatever happens to nodes and server; the
+//                                                memory of it and of the worker with that process id
 //   cylpose_cluster_bench start URL 1            the time, ms since 1970, at which a worker has done its first tile
 //
-// A fourth argument names a file to which results are added for cylpose_cluster_model.
+// Of rate and link a fourth argument names a file to which results are added for cylpose_cluster_model.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -21,6 +22,7 @@
 #include <cylpose/error.hpp>
 #include <cylpose/opencl_devices.hpp>
 #include <fstream>
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -45,8 +47,12 @@ double share_of(std::vector<double> values, double share) {
   return values[place];
 }
 
-double resident_mib() {
-  std::ifstream file("/proc/self/statm");
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double resident_mib(std::string_view process = "self") {
+  std::ifstream file(fmt::format("/proc/{}/statm", process));
   double total = 0;
   double resident = 0;
   file >> total >> resident;
@@ -130,8 +136,8 @@ void frames(const std::string& url, std::size_t nodes, Compare compare) {
   const int frames = compare == Compare::kNodesToo ? 1000 : 20'000;  // long enough for things to happen meanwhile
   const auto local = make_opencl_backend();
   const auto serial = make_backend("serial");
-  fmt::print("{:<16} {:>12} {:>8} {:>14} {:>14} {:>8} {:>8}\n", "ms a frame", "nodes alone", "p99", "nodes + local",
-             "opencl alone", "ratio", "shared");
+  fmt::print("{:<16} {:>12} {:>8} {:>14} {:>14} {:>8} {:>9} {:>8}\n", "ms a frame", "nodes alone", "p99",
+             "nodes + local", "opencl alone", "ratio", "of means", "shared");
   for (const Case& one : cases()) {
     const EdgeField expected = detect(*serial, one.scene);
     std::vector<double> remote_ms{0};
@@ -157,8 +163,9 @@ void frames(const std::string& url, std::size_t nodes, Compare compare) {
     }
     const double both = share_of(shared_ms, 0.5);
     const double alone = share_of(local_ms, 0.5);
-    fmt::print("{:<16} {:>12.2f} {:>8.2f} {:>14.3f} {:>14.3f} {:>8.3f} {:>8}\n", one.name, share_of(remote_ms, 0.5),
-               share_of(remote_ms, 0.99), both, alone, both / alone, shared->counters().shared_frames);
+    fmt::print("{:<16} {:>12.2f} {:>8.2f} {:>14.3f} {:>14.3f} {:>8.3f} {:>9.3f} {:>8}\n", one.name,
+               share_of(remote_ms, 0.5), share_of(remote_ms, 0.99), both, alone, both / alone,
+               mean_of(shared_ms) / mean_of(local_ms), shared->counters().shared_frames);
   }
 }
 
@@ -255,6 +262,7 @@ void links(const std::string& url, int port, Results& results) {
 void rate(const std::string& url, std::size_t nodes, Results& results) {
   constexpr std::chrono::seconds kWarmUp{2};
   constexpr std::chrono::seconds kDuration{10};
+  constexpr std::size_t kUnderWay = 2;  // frames for each node: one that it works on, one on its way
   const auto remote = coordinator(url, false, milliseconds(5000));
   wait_for_nodes(*remote, nodes);
   // Many parts: with one, the coordinator could not send as fast as eight nodes work.
@@ -267,7 +275,7 @@ void rate(const std::string& url, std::size_t nodes, Results& results) {
   std::atomic<bool> wrong = false;
   {
     std::vector<std::jthread> threads;
-    for (std::size_t i = 0; i < nodes + 1; ++i) {
+    for (std::size_t i = 0; i < kUnderWay * nodes; ++i) {
       threads.emplace_back([&](const std::stop_token& stop) {
         while (!stop.stop_requested()) {
           if (!same(detect(*remote, scene), expected)) wrong = true;
@@ -285,12 +293,12 @@ void rate(const std::string& url, std::size_t nodes, Results& results) {
     if (nodes == 1) results.add("held_ms_per_mpixel", 1e9 / per_s / 640 / (400 + 2 * kStripHalo));
   }
   const cluster::ClusterCounters counters = remote->counters();
-  fmt::print(", {} tiles of {} taken back\n", counters.taken_back, counters.sent);
+  fmt::print(", {} tiles sent, {} late, {} taken back\n", counters.sent, counters.late, counters.taken_back);
   if (wrong) throw Error(ErrorKind::kDevice, "not the serial answer");
 }
 
 // Frames at the pace of a quick camera, so that what happens meanwhile is spread over all of them.
-void soak(const std::string& url, int count) {
+void soak(const std::string& url, int count, std::string_view worker) {
   constexpr milliseconds kDeadline{50};
   constexpr std::chrono::microseconds kPeriod{1'000'000 / 300};
   const auto remote = coordinator(url, false, kDeadline);
@@ -315,6 +323,7 @@ void soak(const std::string& url, int count) {
   int lost = 0;
   int wrong = 0;
   double early_mib = 0;
+  double early_worker_mib = 0;
   const auto begin = Clock::now();
   for (int i = 0; i < count; ++i) {
     std::this_thread::sleep_until(begin + i * kPeriod);
@@ -327,7 +336,10 @@ void soak(const std::string& url, int count) {
     } catch (const Error&) {
       ++lost;
     }
-    if (i == count / 5) early_mib = resident_mib();
+    if (i == count / 5) {
+      early_mib = resident_mib();
+      early_worker_mib = resident_mib(worker);
+    }
   }
   const cluster::ClusterCounters counters = remote->counters();
   fmt::print(
@@ -335,10 +347,10 @@ void soak(const std::string& url, int count) {
       "ms, local p99 {:.2f} ms\n",
       count, ms_since(begin) * 1e-3, lost, wrong, share_of(times, 0.5), share_of(times, 0.99), share_of(times, 1),
       kDeadline.count(), share_of(local_ms, 0.99));
-  fmt::print(
-      "tiles: {} sent, {} used, {} late, {} refused, {} taken back; memory {:.1f} MiB after a fifth, {:.1f} MiB "
-      "at the end\n",
-      counters.sent, counters.used, counters.late, counters.refused, counters.taken_back, early_mib, resident_mib());
+  fmt::print("tiles: {} sent, {} used, {} late, {} refused, {} taken back\n", counters.sent, counters.used,
+             counters.late, counters.refused, counters.taken_back);
+  fmt::print("memory after a fifth and at the end: coordinator {:.1f}, {:.1f} MiB, worker {:.1f}, {:.1f} MiB\n",
+             early_mib, resident_mib(), early_worker_mib, resident_mib(worker));
   if (wrong > 0 || lost > 0) throw Error(ErrorKind::kDevice, "not the serial answer");
 }
 
@@ -360,13 +372,14 @@ void first_tile(const std::string& url) {
 
 int main(int argc, char** argv) {
   try {
-    if (argc != 4 && argc != 5) {
+    const std::string_view what = argc > 1 ? argv[1] : "";
+    if (argc != (what == "soak" ? 5 : 4) && !(argc == 5 && (what == "rate" || what == "link"))) {
       throw Error(ErrorKind::kInput,
-                  "usage: cylpose_cluster_bench frames|shared|stalled|rate|link|soak|start URL NUMBER [RESULTS]");
+                  "usage: cylpose_cluster_bench frames|shared|stalled|start URL NUMBER, rate|link URL NUMBER [RESULTS] "
+                  "or soak URL FRAMES PID");
     }
-    const std::string_view what = argv[1];
     const int number = std::atoi(argv[3]);
-    Results results(argc == 5 ? argv[4] : nullptr);
+    Results results(argc == 5 && what != "soak" ? argv[4] : nullptr);
     const auto nodes = static_cast<std::size_t>(number);
     if (what == "frames") frames(argv[2], nodes, Compare::kNodesToo);
     if (what == "shared") frames(argv[2], nodes, Compare::kSharedOnly);
@@ -374,7 +387,7 @@ int main(int argc, char** argv) {
     if (what == "rate") rate(argv[2], nodes, results);
     if (what == "link") links(argv[2], number, results);
     if (what == "start") first_tile(argv[2]);
-    if (what == "soak") soak(argv[2], number);
+    if (what == "soak") soak(argv[2], number, argv[4]);
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "cylpose_cluster_bench: {}\n", error.what());

@@ -14,6 +14,21 @@ function(cylpose_warnings target)
   endif()
 endfunction()
 
+# The library cylpose_<name> as its users know it: cylpose::<name> with a version and the public headers in HEADERS, a
+# folder below include/, installed with the exported targets EXPORT.
+function(cylpose_public_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 public "" "HEADERS;EXPORT" "")
+  set(target cylpose_${name})
+  add_library(cylpose::${name} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} OUTPUT_NAME ${target}
+                        VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  file(GLOB headers CONFIGURE_DEPENDS include/${public_HEADERS}/*.hpp)
+  target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${headers})
+  target_include_directories(${target} PRIVATE src)
+  cylpose_warnings(${target})
+  install(TARGETS ${target} EXPORT ${public_EXPORT} FILE_SET HEADERS)
+endfunction()
+
 # Makes FILES (function=path) part of a target as C++ functions that return their bytes; HEADER declares them in
 # NAMESPACE.
 function(cylpose_embed target)

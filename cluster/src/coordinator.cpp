@@ -1,5 +1,6 @@
 // The cluster backend: plans a frame, does its share and sees to it that the frame gets done.
 #include <algorithm>
+#include <atomic>
 #include <cylpose/cluster/backend.hpp>
 #include <cylpose/error.hpp>
 #include <cylpose/gate.hpp>
@@ -48,7 +49,7 @@ class Coordinator final : public ClusterBackend {
     if (!whole || task.search.empty() || parts.empty() || parts.size() > kMostTileParts) return alone(task);
     const int most_rows = desk_.most_rows(task.search.width, image.format);
     const std::vector<TileDesk::NodeOffer> offers = most_rows > 0 ? desk_.offers() : std::vector<TileDesk::NodeOffer>();
-    if (!options_.share_local && most_rows > 0) return remote(task, tile_rows(task, most_rows, offers.size()));
+    if (!options_.share_local && most_rows > 0) return remote(task, most_rows, offers.size());
     if (offers.empty()) return alone(task);
     const int rows = tile_rows(task, most_rows, 2 * (offers.size() + 1));
     const std::vector<Assignment> plan = planned(task, rows, offers);
@@ -58,6 +59,19 @@ class Coordinator final : public ClusterBackend {
   }
 
  private:
+  // Counts a frame for as long as it is under way.
+  class Underway {
+   public:
+    explicit Underway(std::atomic<std::size_t>& frames) : count(++frames), frames_(frames) {}
+    ~Underway() { --frames_; }
+    Underway(const Underway&) = delete;
+    Underway& operator=(const Underway&) = delete;
+    const std::size_t count;  ///< this one included, when it began
+
+   private:
+    std::atomic<std::size_t>& frames_;
+  };
+
   [[nodiscard]] int tile_rows(const FrameTask& task, int most_rows, std::size_t pieces) const {
     constexpr int kLeastRows = 32;  // halos make thinner tiles a waste
     const int count = static_cast<int>(std::max<std::size_t>(pieces, 1));
@@ -183,8 +197,11 @@ class Coordinator final : public ClusterBackend {
     static_cast<void>(FrameWork::deliver(piece, std::move(parts)));
   }
 
-  // Nodes do everything that they can do before the deadline.
-  EdgeField remote(const FrameTask& task, int rows) {
+  // Nodes do everything that they can do before the deadline. Frames that are under way at once occupy nodes as well as
+  // the tiles of one do, and without halos.
+  EdgeField remote(const FrameTask& task, int most_rows, std::size_t nodes) {
+    const Underway underway(frames_underway_);
+    const int rows = tile_rows(task, most_rows, nodes / underway.count);
     const auto work = std::make_shared<FrameWork>();
     for (int first = 0; first < task.search.height; first += rows) {
       work->pieces.push_back({{first, std::min(first + rows, task.search.height)}, 0, 0, {}, false, {}});
@@ -277,6 +294,7 @@ class Coordinator final : public ClusterBackend {
   ShareJudge judge_;
   int frames_to_probe_ = 0;
   bool small_probe_ = false;
+  std::atomic<std::size_t> frames_underway_ = 0;
   TileDesk desk_;
 };
 

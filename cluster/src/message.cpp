@@ -57,6 +57,9 @@ Tile tile_of(const wire::Tile& read) {
   tile.image.data = read.pixels()->data();
   require(read.parts() != nullptr && read.parts()->size() > 0 && read.parts()->size() <= kMostTileParts,
           "a tile is searched for 1 to 256 parts");
+  // The verifier of FlatBuffers looks at where a vector's length lies, not at where its elements do.
+  require(reinterpret_cast<std::uintptr_t>(read.parts()->Data()) % alignof(wire::PartColor) == 0,
+          "a part's colours lie at a multiple of 8 bytes");
   for (const wire::PartColor* color : *read.parts()) tile.parts.push_back(part_of(*color));
   return tile;
 }

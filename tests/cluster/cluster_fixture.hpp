@@ -22,13 +22,25 @@
 
 namespace cylpose::testing {
 
+/// Leaves everything to nodes that they do in time.
+inline std::unique_ptr<cluster::ClusterBackend> remote_coordinator(
+    const cluster::ConnectionOptions& connection,
+    std::chrono::milliseconds deadline = std::chrono::milliseconds(20'000), int tile_rows = 0) {
+  cluster::ClusterOptions options;
+  options.connection = connection;
+  options.share_local = false;
+  options.deadline = deadline;
+  options.tile_rows = tile_rows;
+  return cluster::make_cluster_backend(make_backend("serial"), options);
+}
+
 /// A worker in a thread.
 class TestWorker {
  public:
   explicit TestWorker(const std::string& url, std::string name = "worker") : name_(std::move(name)) {
     thread_ = std::jthread([this, url](const std::stop_token& stop) {
       cluster::WorkerOptions options;
-      options.connection.servers = {url};
+      options.connection = connection_to(url);
       options.name = name_;
       options.device = "a test";
       options.on_event = [this](const std::string& what) {
@@ -57,7 +69,7 @@ class Cluster : public ::testing::Test {
       bool share_local = false, std::chrono::milliseconds deadline = std::chrono::milliseconds(2000), int tile_rows = 0,
       std::unique_ptr<Backend> local = nullptr) {
     cluster::ClusterOptions options;
-    options.connection.servers = {server_.url()};
+    options.connection = connection_to(server_.url());
     options.share_local = share_local;
     options.deadline = deadline;
     options.tile_rows = tile_rows;

@@ -2,7 +2,9 @@
 #include <csignal>
 #include <cylpose/cluster/nodes.hpp>
 #include <cylpose/error.hpp>
+#include <fstream>
 #include <list>
+#include <set>
 
 #include "cluster_fixture.hpp"
 #include "fake_node.hpp"
@@ -12,6 +14,7 @@ namespace cylpose::cluster {
 namespace {
 
 using ::cylpose::testing::Cluster;
+using ::cylpose::testing::connection_to;
 using ::cylpose::testing::eventually;
 using ::cylpose::testing::FakeNode;
 using ::cylpose::testing::four_parts;
@@ -19,6 +22,7 @@ using ::cylpose::testing::kPatience;
 using ::cylpose::testing::NatsServer;
 using ::cylpose::testing::Process;
 using ::cylpose::testing::random_image;
+using ::cylpose::testing::remote_coordinator;
 using ::cylpose::testing::TestImage;
 using ::cylpose::testing::TestWorker;
 using std::chrono::milliseconds;
@@ -101,6 +105,38 @@ TEST_F(Cluster, SeveralThreadsShareTheNodes) {
   EXPECT_TRUE(nearly_all_by_nodes(cluster->counters()));
 }
 
+TEST_F(Cluster, FramesThatAreUnderWayAtOnceAreCutIntoFewerTiles) {
+  std::mutex mutex;
+  std::vector<FakeNode::Asked> kept;
+  std::set<int> rows;
+  std::list<FakeNode> nodes;
+  for (int i = 0; i < 4; ++i) {
+    nodes.emplace_back(server_.url(), [&](const Connection&, const FakeNode::Asked& asked) {
+      const Message message = decode(asked.message);
+      const auto& tile = std::get<Tile>(message.body);
+      const std::scoped_lock lock(mutex);
+      kept.push_back(asked);
+      rows.insert(tile.rows.end - tile.rows.first);
+    });
+  }
+  const auto cluster = coordinator(false, milliseconds(20'000));
+  ASSERT_TRUE(has_nodes(*cluster, nodes.size()));
+  const TestImage image = random_image(160, 192, random_);
+  std::vector<std::jthread> frames;
+  for (const int nodes_for_a_frame : {4, 2, 1}) {
+    frames.emplace_back(
+        [&] { static_cast<void>(cluster->detect(image.view(), image.view().bounds(), four_parts(), {})); });
+    EXPECT_TRUE(eventually([&] {
+      const std::scoped_lock lock(mutex);
+      return rows.contains(192 / nodes_for_a_frame);
+    }));
+  }
+  const std::scoped_lock lock(mutex);
+  for (const FakeNode::Asked& asked : kept) {
+    FakeNode::publish(nodes.front().connection(), asked.reply, FakeNode::honest(asked));
+  }
+}
+
 TEST_F(Cluster, NodesJoinAndLeaveAtAnyTime) {
   const auto cluster = coordinator(false, milliseconds(2000), 16);
   std::list<TestWorker> workers;
@@ -148,8 +184,7 @@ TEST_F(Cluster, AnotherVersionIsRefusedWithAWordToBothSides) {
 
 TEST_F(Cluster, ARealWorkerSaysThatItWasRefused) {
   const TestWorker worker(server_.url());
-  ConnectionOptions options;
-  options.servers = {server_.url()};
+  const ConnectionOptions options = connection_to(server_.url());
   std::vector<NodeReport> nodes;
   ASSERT_TRUE(eventually([&] { return !(nodes = list_nodes(options, milliseconds(100))).empty(); }));
   const Connection connection(options, "a coordinator of another version");
@@ -160,8 +195,7 @@ TEST_F(Cluster, ARealWorkerSaysThatItWasRefused) {
 
 TEST_F(Cluster, WorkersAnswerWhatTheyCannotDo) {
   const TestWorker worker(server_.url());
-  ConnectionOptions options;
-  options.servers = {server_.url()};
+  const ConnectionOptions options = connection_to(server_.url());
   std::vector<NodeReport> nodes;
   ASSERT_TRUE(eventually([&] { return !(nodes = list_nodes(options, milliseconds(100))).empty(); }));
   const Connection connection(options, "a stranger");
@@ -184,8 +218,7 @@ TEST_F(Cluster, WorkersAnswerWhatTheyCannotDo) {
 TEST_F(Cluster, NodesAreListedByTheServicesConvention) {
   const TestWorker first(server_.url(), "first");
   const TestWorker second(server_.url(), "second");
-  ConnectionOptions options;
-  options.servers = {server_.url()};
+  const ConnectionOptions options = connection_to(server_.url());
   std::vector<NodeReport> nodes;
   ASSERT_TRUE(eventually([&] { return (nodes = list_nodes(options, milliseconds(200))).size() == 2; }));
   EXPECT_EQ(nodes[0].name, "first");
@@ -209,11 +242,7 @@ TEST_F(Cluster, TilesKeepToTheServersLargestMessage) {
   TempDir folder;
   const NatsServer small(folder.path(), "max_payload: 40000\n");
   const TestWorker worker(small.url());
-  ClusterOptions options;
-  options.connection.servers = {small.url()};
-  options.share_local = false;
-  options.deadline = milliseconds(20'000);
-  const auto cluster = make_cluster_backend(make_backend("serial"), options);
+  const auto cluster = remote_coordinator(connection_to(small.url()));
   ASSERT_TRUE(has_nodes(*cluster, 1));
   TestImage image(300, 200);
   for (int y = 30; y < 170; ++y) {
@@ -233,11 +262,7 @@ TEST_F(Cluster, ResultsTooLargeForTheServerAreMadeLocally) {
   TempDir folder;
   const NatsServer small(folder.path(), "max_payload: 20000\n");
   const TestWorker worker(small.url());
-  ClusterOptions options;
-  options.connection.servers = {small.url()};
-  options.share_local = false;
-  options.deadline = milliseconds(20'000);
-  const auto cluster = make_cluster_backend(make_backend("serial"), options);
+  const auto cluster = remote_coordinator(connection_to(small.url()));
   ASSERT_TRUE(has_nodes(*cluster, 1));
   EXPECT_GT(expect_equal_frames(*cluster, 9), 100U);
   EXPECT_GT(cluster->counters().taken_back, 0);
@@ -254,6 +279,39 @@ TEST_F(Cluster, TheCommandDrainsOnSigterm) {
   EXPECT_EQ(worker.wait(), 0);
   EXPECT_TRUE(cluster->nodes().empty() || has_nodes(*cluster, 0));
   EXPECT_TRUE(nearly_all_by_nodes(cluster->counters()));
+}
+
+// Pages that the system had to give a process, from /proc/PID/stat.
+std::int64_t page_faults(int process) {
+  std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+  std::string text;
+  std::getline(file, text, ')');
+  constexpr int kMinorFaults = 10 - 2;
+  for (int i = 0; i < kMinorFaults; ++i) file >> text;
+  return std::stoll(text);
+}
+
+TEST_F(Cluster, AWorkerKeepsItsMemoryFromTileToTile) {
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+  GTEST_SKIP() << "sanitizers have an allocator of their own";
+#endif
+#endif
+  const Process worker({CYLPOSE_COMMAND, "worker", "--backend", "serial", "--server", server_.url()},
+                       folder_.path() / "worker.log");
+  const auto cluster = coordinator(false, milliseconds(20'000));
+  ASSERT_TRUE(has_nodes(*cluster, 1));
+  const TestImage image(640, 400);
+  const auto tiles = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      static_cast<void>(cluster->detect(image.view(), image.view().bounds(), four_parts(), {}));
+    }
+  };
+  tiles(20);
+  const std::int64_t before = page_faults(worker.id());
+  tiles(20);
+  const std::int64_t image_pages = 640 * 400 * 3 / 4096;
+  EXPECT_LT(page_faults(worker.id()) - before, 20 * image_pages);
 }
 
 TEST_F(Cluster, OptionsThatCannotWorkAreRefused) {

@@ -11,6 +11,7 @@
 
 #include "message.hpp"
 #include "nats.hpp"
+#include "servers.hpp"
 
 namespace cylpose::testing {
 
@@ -25,7 +26,7 @@ class FakeNode {
   using Answer = std::function<void(const cluster::Connection& connection, const Asked& asked)>;
 
   FakeNode(const std::string& url, Answer answer, std::function<Bytes(const std::string& node)> hello = {})
-      : node_("fake." + cluster::random_word(4)), connection_(options_for(url), node_) {
+      : node_("fake." + cluster::random_word(4)), connection_(connection_to(url), node_) {
     tiles_ = connection_.subscribe("cylpose.tile." + node_);
     who_ = std::make_unique<cluster::Listener>(connection_, "cylpose.who",
                                                [this, hello](const cluster::NatsMessage&) { say(hello); });
@@ -64,12 +65,6 @@ class FakeNode {
   }
 
  private:
-  static cluster::ConnectionOptions options_for(const std::string& url) {
-    cluster::ConnectionOptions options;
-    options.servers = {url};
-    return options;
-  }
-
   void say(const std::function<Bytes(const std::string&)>& hello) const {
     if (hello) {
       const Bytes bytes = hello(node_);

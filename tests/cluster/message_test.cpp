@@ -146,6 +146,25 @@ TEST(Message, SizesThatDoNotFitEachOtherAreRefused) {
   EXPECT_THAT(refused([](Tile& tile) { tile.image.format = static_cast<PixelFormat>(9); }), HasSubstr("format"));
 }
 
+TEST(Message, ColoursThatLieWhereDoublesCannotAreRefused) {
+  const auto read = [](bool shifted) {
+    flatbuffers::FlatBufferBuilder builder;
+    const auto pixels = builder.CreateVector(std::vector<std::uint8_t>(9));
+    if (shifted) builder.CreateVector(std::vector<std::uint32_t>());  // four bytes
+    const wire::PartColor color(0, 60, 0.3, 0.2);
+    builder.StartVector(sizeof(color), 1);  // as bytes, which may lie anywhere
+    builder.PushBytes(reinterpret_cast<const std::uint8_t*>(&color), sizeof(color));
+    const flatbuffers::Offset<flatbuffers::Vector<const wire::PartColor*>> parts(builder.EndVector(1));
+    const auto gray = static_cast<std::uint8_t>(PixelFormat::kGray8);
+    const auto tile = wire::CreateTile(builder, 1, gray, 3, 3, 0, 3, 5, 17, parts, pixels);
+    builder.Finish(wire::CreateMessage(builder, kProtocol, 0, wire::Body_Tile, tile.Union()),
+                   wire::MessageIdentifier());
+    return refusal_of([&] { static_cast<void>(decode({builder.GetBufferPointer(), builder.GetSize()})); });
+  };
+  EXPECT_THAT((std::vector{read(false), read(true)}),
+              ::testing::UnorderedElementsAre("not refused", HasSubstr("multiple of 8 bytes")));
+}
+
 TEST(Message, ResultsThatCannotBeThoseOfTheTileAreRefused) {
   std::mt19937 random(5);
   const TestImage image = random_image(60, 40, random);

@@ -1,24 +1,14 @@
 // The sample configuration of cluster/deploy keeps everybody to his part, and the server lets nobody else in.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cylpose/cluster/backend.hpp>
-#include <cylpose/cluster/worker.hpp>
 #include <cylpose/error.hpp>
-#include <random>
 
-#include "fake_node.hpp"
-#include "host/temp_dir.hpp"
-#include "host/test_images.hpp"
-#include "kernels/comparison.hpp"
+#include "cluster_fixture.hpp"
+#include "nats.hpp"
 #include "nkey.hpp"
-#include "servers.hpp"
 
 namespace cylpose::cluster {
 namespace {
 
 using ::cylpose::testing::eventually;
-using ::cylpose::testing::FakeNode;
 using ::cylpose::testing::four_parts;
 using ::cylpose::testing::kPatience;
 using ::cylpose::testing::NatsServer;
@@ -128,12 +118,7 @@ TEST_F(Security, FramesGoThroughTheSampleServer) {
     const std::unique_ptr<Backend> serial = make_backend("serial");
     run_worker(*serial, options, [&] { return stop.stop_requested(); });
   });
-  ClusterOptions options;
-  options.connection = as("coordinator");
-  options.share_local = false;
-  options.deadline = milliseconds(20'000);
-  options.tile_rows = 16;
-  const auto cluster = make_cluster_backend(make_backend("serial"), options);
+  const auto cluster = testing::remote_coordinator(as("coordinator"), milliseconds(20'000), 16);
   ASSERT_TRUE(eventually([&] { return cluster->nodes().size() == 1; })) << server_->log();
   std::mt19937 random(1);
   const testing::TestImage image = testing::random_image(100, 80, random);
@@ -171,8 +156,7 @@ TEST(NKeys, OpenTheDoorEveryTime) {
   const TempDir folder;
   const NKey key = make_nkey();
   const NatsServer server(folder.path(), "authorization: {users: [{nkey: " + key.public_key + "}]}\n");
-  ConnectionOptions options;
-  options.servers = {server.url()};
+  ConnectionOptions options = testing::connection_to(server.url());
   options.creds = folder.write("key.nk", key.seed + "\n");
   for (int i = 0; i < 1000; ++i) ASSERT_NO_THROW(Connection(options, "test").await_server()) << i;
 }

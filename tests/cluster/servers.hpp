@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cylpose/cluster/connection.hpp>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -84,5 +85,11 @@ class NatsServer {
   Port port_;
   Process process_;
 };
+
+inline cluster::ConnectionOptions connection_to(const std::string& url) {
+  cluster::ConnectionOptions options;
+  options.servers = {url};
+  return options;
+}
 
 }  // namespace cylpose::testing

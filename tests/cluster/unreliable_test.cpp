@@ -12,11 +12,13 @@ namespace cylpose::cluster {
 namespace {
 
 using ::cylpose::testing::Cluster;
+using ::cylpose::testing::connection_to;
 using ::cylpose::testing::eventually;
 using ::cylpose::testing::FakeNode;
 using ::cylpose::testing::NatsServer;
 using ::cylpose::testing::Port;
 using ::cylpose::testing::Process;
+using ::cylpose::testing::remote_coordinator;
 using ::cylpose::testing::TestWorker;
 using ::cylpose::testing::ThrottledLink;
 using std::chrono::milliseconds;
@@ -188,11 +190,9 @@ TEST_F(Cluster, AnotherServerOfTheirClusterTakesOver) {
   NatsServer first(folders[0].path(), configuration(0));
   const NatsServer second(folders[1].path(), configuration(1));
   const TestWorker worker(second.url());  // another, and yet it is heard
-  ClusterOptions options;
-  options.connection.servers = {first.url(), second.url()};
-  options.share_local = false;
-  options.deadline = milliseconds(100);
-  const auto cluster = make_cluster_backend(make_backend("serial"), options);
+  ConnectionOptions both;
+  both.servers = {first.url(), second.url()};
+  const auto cluster = remote_coordinator(both, milliseconds(100));
   ASSERT_TRUE(has_nodes(*cluster, 1));
   first.kill();
   const std::int64_t used = cluster->counters().used;
@@ -261,12 +261,8 @@ TEST_F(Cluster, TheCoordinatorsOwnNetworkMayStandStill) {
   const TestWorker worker(server_.url());
   const Port port;
   ThrottledLink link(port.number(), server_.port());
-  ClusterOptions options;
-  options.connection.servers = {"nats://127.0.0.1:" + std::to_string(port.number())};
-  options.share_local = false;
-  options.deadline = milliseconds(100);
-  options.tile_rows = 32;
-  const auto cluster = make_cluster_backend(make_backend("serial"), options);
+  const auto cluster =
+      remote_coordinator(connection_to("nats://127.0.0.1:" + std::to_string(port.number())), milliseconds(100), 32);
   ASSERT_TRUE(has_nodes(*cluster, 1));
   EXPECT_GT(expect_equal_frames(*cluster, 3), 0U);
   link.settings().stalled = true;
