@@ -7,8 +7,12 @@ if(CYLPOSE_CCACHE AND PROJECT_IS_TOP_LEVEL AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
 endif()
 
 function(cylpose_warnings target)
+  set(shadow -Wshadow)
+  if(CMAKE_UNITY_BUILD)
+    set(shadow)  # there a source's names shadow those of the source before it
+  endif()
   target_compile_options(${target} PRIVATE
-    -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual)
+    -Wall -Wextra -Wpedantic ${shadow} -Wconversion -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual)
   if(CYLPOSE_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
