@@ -102,14 +102,14 @@ std::optional<std::string> EndCheck::end_inside(const Outline& outline, std::siz
 double EndCheck::overrun_px(const Outline& outline, std::size_t side, std::size_t base,
                             std::span<const EdgePoint> points) const {
   const double gate_px = options_.refine.final_gate_px;
-  constexpr double kMinNormalCosine = 0.95;
+  constexpr double kMinSideCosine = 0.95;
   const ImageLine& line = outline.sides()[side];
   const Eigen::Vector2d end = ideal_pixel(camera_, outline.end_of_side(side, base));
   const Eigen::Vector2d onward = (end - ideal_pixel(camera_, outline.end_of_side(side, 1 - base))).normalized();
   return static_cast<double>(std::ranges::count_if(points, [&](const EdgePoint& point) {
     return onward.dot(point.position_px - end) > gate_px &&
            std::abs(signed_distance(line, point.position_px)) <= gate_px &&
-           line.normal.dot(point.inward) > kMinNormalCosine;
+           line.normal.dot(point.inward) > kMinSideCosine;
   }));
 }
 
