@@ -180,13 +180,15 @@ std::vector<Outline::Station> Outline::stations() const {
   return stations;
 }
 
+double Outline::share_of(const OutlineMatch& match) const {
+  if (match.piece == kSide0 || match.piece == kSide1) return match.share;
+  const std::size_t base = match.piece - kBase0;
+  const Eigen::Vector2d from_middle = turned({arc_middle_[base].x(), -arc_middle_[base].y()}, match.on_circle);
+  return 0.5 + std::atan2(from_middle.y(), from_middle.x()) / arcs_.span[base];
+}
+
 std::size_t Outline::station_of(const OutlineMatch& match) const {
-  double share = match.share;
-  if (match.piece == kBase0 || match.piece == kBase1) {
-    const std::size_t base = match.piece - kBase0;
-    const Eigen::Vector2d from_middle = turned({arc_middle_[base].x(), -arc_middle_[base].y()}, match.on_circle);
-    share = 0.5 + std::atan2(from_middle.y(), from_middle.x()) / arcs_.span[base];
-  }
+  const double share = share_of(match);
   int first = 0;
   for (std::size_t piece = 0; piece < match.piece; ++piece) first += stations_of_[piece];
   const int count = stations_of_[match.piece];

@@ -69,7 +69,6 @@ struct RoundProblem {
   Matrix5d normal = Matrix5d::Zero();
   std::array<Matrix5d, kOutlinePieces> of_piece{};  // each piece's share of it
   Vector5d gradient = Vector5d::Zero();
-  std::array<Vector5d, kOutlinePieces> pull{};  // by a common shift of all points of a piece, per pixel
 };
 
 // The points of a side need no rows of their own: a straight line moves as a whole, so that a point's distance changes
@@ -97,7 +96,6 @@ struct SideSums {
     problem.of_piece[side] = weight * from * from.transpose() + share * (mixed + mixed.transpose()) +
                              share_squared * along * along.transpose();
     problem.gradient += distance * from + distance_share * along;
-    problem.pull[side] = weight * from + share * along;
   }
 };
 
@@ -204,7 +202,6 @@ class Refinement {
   [[nodiscard]] RoundProblem weighted() const {
     const double per_scale = 1 / (kCauchyScale * sigma_px_);
     RoundProblem problem;
-    problem.pull.fill(Vector5d::Zero());
     problem.of_piece.fill(Matrix5d::Zero());
     std::array<SideSums, 2> sides;
     std::size_t row = 0;
@@ -218,7 +215,6 @@ class Refinement {
         const Vector5d weighted = weight * by_pose;
         problem.of_piece[match.piece] += weighted * by_pose.transpose();
         problem.gradient += match.distance_px * weighted;
-        problem.pull[match.piece] += weighted;
       }
     }
     for (const OutlinePiece side : {kSide0, kSide1}) {
@@ -252,11 +248,14 @@ class Refinement {
       scatter += (scatters[piece].variance - sigma_px_ * sigma_px_) * problem_.of_piece[piece];
     }
     Matrix5d covariance = inverse * scatter * inverse;
+    const PullsOfHalves pulls = pulls_of_halves();
     for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
       const double common_px =
           std::hypot(options.common_edge_sigma_px, options.common_edge_share * std::sqrt(scatters[piece].clumped));
-      const Vector5d moved = common_px * (inverse * problem_.pull[piece]);
-      covariance += moved * moved.transpose();
+      for (const Vector5d& pull : pulls[piece]) {
+        const Vector5d moved = common_px * (inverse * pull);
+        covariance += moved * moved.transpose();
+      }
     }
     Eigen::Matrix<double, 6, 5> to_full = Eigen::Matrix<double, 6, 5>::Zero();
     to_full.topLeftCorner<3, 3>().setIdentity();
@@ -265,6 +264,28 @@ class Refinement {
     Eigen::Matrix<double, 6, 6> full = to_full * covariance * to_full.transpose();
     full.bottomRightCorner<3, 3>() += kUnobservableRoll * pose_.axis_in_cam * pose_.axis_in_cam.transpose();
     return full;
+  }
+
+  // How a common shift of all points of half a piece pulls the pose, per pixel.
+  using PullsOfHalves = std::array<std::array<Vector5d, 2>, kOutlinePieces>;
+
+  [[nodiscard]] PullsOfHalves pulls_of_halves() const {
+    PullsOfHalves pulls;
+    for (auto& halves : pulls) halves.fill(Vector5d::Zero());
+    const double per_scale = 1 / (kCauchyScale * sigma_px_);
+    std::size_t row = 0;
+    for (const OutlineMatch& match : matched_) {
+      const double scaled = match.distance_px * per_scale;
+      const double weight = 1 / (1 + scaled * scaled);
+      Vector5d& pull = pulls[match.piece][outline_->share_of(match) < 0.5 ? 0 : 1];
+      if (is_side(match.piece)) {
+        const auto& [from, to] = at_side_ends_[match.piece];
+        pull += weight * (from + match.share * (to - from));
+      } else {
+        pull += weight * on_bases_[row++];
+      }
+    }
+    return pulls;
   }
 
   struct PieceScatter {

@@ -57,16 +57,38 @@ TEST_F(RefineTest, OutliersDoNotPull) {
 }
 
 TEST_F(RefineTest, CovarianceShrinksWithDistanceAndNoise) {
+  RefineOptions options;
+  options.common_edge_sigma_px = 0.001;  // which noise does not change
   const auto depth_sigma = [&](double z, double noise) {
     const CylinderPose pose{{0, 0, z}, Eigen::Vector3d(0.2, -1, 0.3).normalized()};
     IdealEdges how;
     how.noise_px = noise;
-    const auto refined = refine(camera, part, pose, points_of(pose, how), {});
+    const auto refined = refine(camera, part, pose, points_of(pose, how), options);
     return refined ? std::sqrt(refined->covariance(2, 2)) : -1.0;
   };
   EXPECT_GT(depth_sigma(1, 0.2), 0);
   EXPECT_GT(depth_sigma(3, 0.2), 4 * depth_sigma(1, 0.2));
   EXPECT_GT(depth_sigma(2, 0.4), 1.5 * depth_sigma(2, 0.1));
+}
+
+// What moves half a side turns it: the covariance must allow for that as for a shift of all of it.
+TEST_F(RefineTest, CovarianceCoversAShiftOfHalfASide) {
+  const CylinderPose pose{{0, 0, 2}, Eigen::Vector3d(0.1, -1, 0.3).normalized()};
+  const Eigen::Vector2d middle = ideal_pixel(camera, pose.center_in_cam);
+  IdealEdges how;
+  how.noise_px = 0.02;
+  auto points = points_of(pose, how);
+  for (EdgePoint& point : points) {
+    if (point.inward.x() > 0.9 && point.position_px.y() < middle.y()) point.position_px += 0.05 * point.inward;
+  }
+  const auto refined = refine(camera, part, pose, points, {});
+  ASSERT_TRUE(refined);
+  const Eigen::Vector3d center_error = refined->pose.center_in_cam - pose.center_in_cam;
+  const Eigen::Vector3d turn = pose.axis_in_cam.cross(refined->pose.axis_in_cam);
+  Eigen::Matrix<double, 6, 1> error;
+  error << center_error, turn;
+  EXPECT_GT(turn.norm(), 1e-4);
+  EXPECT_LT(error.dot(refined->covariance.ldlt().solve(error)), 5);  // one of five standard deviations
 }
 
 TEST_F(RefineTest, CovarianceIsSymmetricAndPositive) {

@@ -51,6 +51,8 @@ class Outline {
   [[nodiscard]] std::vector<Station> stations() const;
   [[nodiscard]] std::size_t station_count() const;
 
+  /// How far along its side or base a match lies, 0..1.
+  [[nodiscard]] double share_of(const OutlineMatch& match) const;
   /// Index of the station nearest to a match.
   [[nodiscard]] std::size_t station_of(const OutlineMatch& match) const;
 

@@ -23,13 +23,13 @@ struct RefineOptions {
   /// Rounds of matching and solving on a part of the points at most; they end when the outline moves less than 0.002
   /// px. Up to three with all points follow.
   int rounds = 8;
-  /// Standard deviation, in pixels, of what all edge points of one side or base have in common (shading, blur): it does
-  /// not average out over the points and bounds the covariance from below.
-  double common_edge_sigma_px = 0.03;
+  /// Standard deviation, in pixels, of what all edge points of half a side or base have in common (shading, blur): it
+  /// does not average out over the points and bounds the covariance from below. Halves err independently, so that
+  /// turns of a side are covered like shifts. The value puts 95 % of rendered scenes inside (docs/accuracy.md).
+  double common_edge_sigma_px = 0.05;
   /// The same for points whose errors clump, in standard deviations of their clumped part: what pulls neighbours alike
-  /// (texture, things behind the part) also moves the whole side. The value makes the mean normalised error of rendered
-  /// scenes that of their degrees of freedom (docs/accuracy.md).
-  double common_edge_share = 2;
+  /// (texture, things behind the part) also moves the whole half.
+  double common_edge_share = 1;
 
   [[nodiscard]] bool is_valid(std::string* why) const;
 };
