@@ -4,6 +4,7 @@
 #include <cylpose/ellipse.hpp>
 
 #include "option_check.hpp"
+#include "robust_sigma.hpp"
 
 namespace cylpose {
 namespace {
@@ -65,13 +66,6 @@ Chain supporting(const Ellipse& ellipse, std::span<const EdgePoint> points, doub
     if (is_near(ellipse, points[i], max_distance_px)) chain.push_back(static_cast<int>(i));
   }
   return chain;
-}
-
-double robust_sigma(std::vector<double> residuals) {
-  for (double& residual : residuals) residual = std::abs(residual);
-  const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-  std::nth_element(residuals.begin(), middle, residuals.end());
-  return std::max(kMinEdgeSigmaPx, 1.4826 * *middle);
 }
 
 // A direct fit through some points of a part of a chain; `first` and `length` count points, the chain starts over at
@@ -227,7 +221,8 @@ std::optional<FittedEllipse> refine_ellipse(const Ellipse& start, std::span<cons
       squares += residuals.back() * residuals.back();
     }
     fitted.rms_px = std::sqrt(squares / static_cast<double>(residuals.size()));
-    sigma_px = robust_sigma(residuals);
+    std::vector<double> in_any_order = residuals;
+    sigma_px = std::max(kMinEdgeSigmaPx, robust_sigma(in_any_order));
 
     // The coefficients' length means nothing: steps across it.
     const Eigen::HouseholderQR<Coefficients> across(ellipse.coefficients);

@@ -84,7 +84,6 @@ std::optional<std::string> EndCheck::part_of_other_length(const CylinderPose& po
 
 std::optional<std::string> EndCheck::end_inside(const Outline& outline, std::size_t base,
                                                 std::span<const EdgePoint> unexplained) const {
-  constexpr double kInsidePx = 3;
   constexpr double kMinOutwardCosine = 0.5;
   constexpr double kMinBulgePx = 0.5;  // several times what edges of a straight border err
   const Eigen::Vector2d outward =
@@ -92,7 +91,7 @@ std::optional<std::string> EndCheck::end_inside(const Outline& outline, std::siz
           .normalized();
   std::vector<EdgePoint> end;
   std::ranges::copy_if(unexplained, std::back_inserter(end), [&](const EdgePoint& point) {
-    return -point.inward.dot(outward) > kMinOutwardCosine && outline.within(point.position_px, kInsidePx);
+    return -point.inward.dot(outward) > kMinOutwardCosine && outline.within(point.position_px, kClutterMarginPx);
   });
   const double bulge_px = rounded_end_px(end, outward);
   if (bulge_px < kMinBulgePx) return std::nullopt;

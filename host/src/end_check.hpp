@@ -13,6 +13,10 @@
 
 namespace cylpose {
 
+/// Edge points this far inside the outline that do not belong to it are clutter. So far outside the part's colour
+/// should not be seen: an occluder takes of it, but adds none.
+inline constexpr double kClutterMarginPx = 3;
+
 /// Three tests of the end at `base` (0 or 1), each of which says why the part cannot end there, or nothing. Keeps
 /// references: what it is made from must outlive it.
 class EndCheck {

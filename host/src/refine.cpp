@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "option_check.hpp"
+#include "robust_sigma.hpp"
 
 namespace cylpose {
 namespace {
@@ -114,7 +115,7 @@ class Refinement {
       if (const auto match = outline_->match(point, gate_px)) matched_.push_back(*match);
     }
     if (static_cast<int>(matched_.size()) < kMinSupport) return false;
-    sigma_px_ = robust_sigma();
+    sigma_px_ = edge_sigma();
     linearise();
     return true;
   }
@@ -143,7 +144,7 @@ class Refinement {
       match.distance_px += is_side(match.piece) ? from[match.piece] + match.share * along[match.piece]
                                                 : on_bases_[row++].dot(last_moves_);
     }
-    sigma_px_ = robust_sigma();
+    sigma_px_ = edge_sigma();
   }
 
   [[nodiscard]] bool converged(double moved_px) const {
@@ -174,13 +175,18 @@ class Refinement {
  private:
   static bool is_side(OutlinePiece piece) { return piece == kSide0 || piece == kSide1; }
 
-  // 1.4826 times the median absolute residual: the standard deviation, unmoved by outliers.
-  double robust_sigma() {
+  double edge_sigma() {
     distances_.clear();
-    for (const OutlineMatch& match : matched_) distances_.push_back(std::abs(match.distance_px));
-    const auto middle = distances_.begin() + static_cast<std::ptrdiff_t>(distances_.size() / 2);
-    std::nth_element(distances_.begin(), middle, distances_.end());
-    return std::max(kMinEdgeSigmaPx, 1.4826 * *middle);
+    for (const OutlineMatch& match : matched_) distances_.push_back(match.distance_px);
+    return std::max(kMinEdgeSigmaPx, robust_sigma(distances_));
+  }
+
+  // Cauchy's, by distance.
+  [[nodiscard]] auto cauchy_weight() const {
+    return [per_scale = 1 / (kCauchyScale * sigma_px_)](double distance_px) {
+      const double scaled = distance_px * per_scale;
+      return 1 / (1 + scaled * scaled);
+    };
   }
 
   // How the matched points' distances change with the pose: of sides at their ends, of bases point by point.
@@ -200,14 +206,13 @@ class Refinement {
   }
 
   [[nodiscard]] RoundProblem weighted() const {
-    const double per_scale = 1 / (kCauchyScale * sigma_px_);
+    const auto weight_at = cauchy_weight();
     RoundProblem problem;
     problem.of_piece.fill(Matrix5d::Zero());
     std::array<SideSums, 2> sides;
     std::size_t row = 0;
     for (const OutlineMatch& match : matched_) {
-      const double scaled = match.distance_px * per_scale;
-      const double weight = 1 / (1 + scaled * scaled);
+      const double weight = weight_at(match.distance_px);
       if (is_side(match.piece)) {
         sides[match.piece].add(weight, match);
       } else {
@@ -272,11 +277,10 @@ class Refinement {
   [[nodiscard]] PullsOfHalves pulls_of_halves() const {
     PullsOfHalves pulls;
     for (auto& halves : pulls) halves.fill(Vector5d::Zero());
-    const double per_scale = 1 / (kCauchyScale * sigma_px_);
+    const auto weight_at = cauchy_weight();
     std::size_t row = 0;
     for (const OutlineMatch& match : matched_) {
-      const double scaled = match.distance_px * per_scale;
-      const double weight = 1 / (1 + scaled * scaled);
+      const double weight = weight_at(match.distance_px);
       Vector5d& pull = pulls[match.piece][outline_->share_of(match) < 0.5 ? 0 : 1];
       if (is_side(match.piece)) {
         const auto& [from, to] = at_side_ends_[match.piece];
@@ -302,11 +306,10 @@ class Refinement {
     std::vector<double> sums(kOutlinePieces * blocks);  // piece after piece
     std::array<double, kOutlinePieces> weights{};
     std::array<double, kOutlinePieces> squares_of_points{};
-    const double per_scale = 1 / (kCauchyScale * sigma_px_);
+    const auto weight_at = cauchy_weight();
     for (std::size_t i = 0; i < matched_.size(); ++i) {
       const OutlineMatch& match = matched_[i];
-      const double scaled = match.distance_px * per_scale;
-      const double weight = 1 / (1 + scaled * scaled);
+      const double weight = weight_at(match.distance_px);
       const double weighted = weight * match.distance_px;
       sums[match.piece * blocks + stations[i] / kStationsOfBlock] += weighted;
       weights[match.piece] += weight;

@@ -8,19 +8,18 @@
 #include <cylpose/axial.hpp>
 #include <cylpose/base_pose.hpp>
 #include <cylpose/refine.hpp>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <utility>
 
 #include "end_check.hpp"
 #include "loop.hpp"
+#include "robust_sigma.hpp"
 
 namespace cylpose {
 namespace {
 
-// Edge points this far inside the outline that do not belong to it are clutter. So far outside the part's colour should
-// not be seen: an occluder takes of it, but adds none.
-constexpr double kClutterMarginPx = 3;
 // Edge points this far outside belong to something else. That may be the part as well where it has more edges than this
 // share of those on an outline that other things have, too; and than this multiple of those on any outline.
 constexpr double kMaxBeyond = 0.1;
@@ -138,14 +137,9 @@ double Judge::Hearing::clumping() const {
 }
 
 double Judge::Hearing::scatter_px() const {
-  std::vector<double> distances_px;
-  for (const double residual_px : residuals_px) {
-    if (std::isfinite(residual_px)) distances_px.push_back(std::abs(residual_px));
-  }
-  if (distances_px.empty()) return std::numeric_limits<double>::infinity();
-  const auto middle = distances_px.begin() + static_cast<std::ptrdiff_t>(distances_px.size() / 2);
-  std::nth_element(distances_px.begin(), middle, distances_px.end());
-  return 1.4826 * *middle;
+  std::vector<double> matched_px;
+  std::ranges::copy_if(residuals_px, std::back_inserter(matched_px), [](double px) { return std::isfinite(px); });
+  return matched_px.empty() ? std::numeric_limits<double>::infinity() : robust_sigma(matched_px);
 }
 
 Judge::Judge(const CameraModel& camera, const PartModel& part, const SolveOptions& options,

@@ -3,8 +3,10 @@
 
 #include <cylpose/error.hpp>
 #include <cylpose/pose_solver.hpp>
+#include <functional>
 #include <limits>
 #include <numbers>
+#include <string>
 
 #include "ideal_edges.hpp"
 
@@ -23,6 +25,21 @@ class PoseSolverTest : public ::testing::Test {
  protected:
   PoseEstimate solve(const CylinderPose& pose, const IdealEdges& how = {}) const {
     return solver.solve(field_of(camera, ideal_edges(camera, part, pose, how))).at(0);
+  }
+
+  // Noise that all of the outline bears is too much for the part of it that `is_visible`, where 0.1 px is not.
+  void expect_that_a_part_must_fit_better(const CylinderPose& pose, double noise_px,
+                                          const std::function<bool(const Eigen::Vector2d&)>& is_visible,
+                                          const std::string& reason) const {
+    IdealEdges how;
+    how.noise_px = noise_px;
+    EXPECT_EQ(solve(pose, how).status, PoseStatus::kOk);
+    how.is_visible = is_visible;
+    const PoseEstimate part_of_it = solve(pose, how);
+    EXPECT_EQ(part_of_it.status, PoseStatus::kNone);
+    EXPECT_THAT(part_of_it.reason, ::testing::HasSubstr(reason));
+    how.noise_px = 0.1;
+    EXPECT_EQ(solve(pose, how).status, PoseStatus::kOk);
   }
 
   CameraModel camera = test_camera();
@@ -121,29 +138,15 @@ TEST_F(PoseSolverTest, APoseOfNoUseIsNoneByItsOwnCovariance) {
 // What is hidden cannot contradict: the less is seen, the better it must fit.
 TEST_F(PoseSolverTest, HalfAnOutlineMustFitTwiceAsWell) {
   const CylinderPose pose{{0, 0, 1.5}, Eigen::Vector3d(0.2, -1, 0.3).normalized()};
-  IdealEdges how;
-  how.noise_px = 0.4;
-  EXPECT_EQ(solve(pose, how).status, PoseStatus::kOk);
-  how.is_visible = [](const Eigen::Vector2d& p) { return p.y() < 300 || p.y() > 460; };
-  const PoseEstimate half = solve(pose, how);
-  EXPECT_EQ(half.status, PoseStatus::kNone);
-  EXPECT_THAT(half.reason, ::testing::HasSubstr("px off the outline"));
-  how.noise_px = 0.1;
-  EXPECT_EQ(solve(pose, how).status, PoseStatus::kOk);
+  const auto half = [](const Eigen::Vector2d& p) { return p.y() < 300 || p.y() > 460; };
+  expect_that_a_part_must_fit_better(pose, 0.4, half, "px off the outline");
 }
 
 TEST_F(PoseSolverTest, AlongTheAxisAPartOfTheOutlineMustFitWell) {
   const CylinderPose pose{{0.1, 0.05, 1.5}, Eigen::Vector3d(0.2, -0.1, 1).normalized()};
   const Eigen::Vector2d middle = ideal_pixel(camera, pose.center_in_cam);
-  IdealEdges how;
-  how.noise_px = 0.2;
-  EXPECT_EQ(solve(pose, how).status, PoseStatus::kOk);
-  how.is_visible = [&](const Eigen::Vector2d& p) { return std::abs(p.x() - middle.x()) > 24; };
-  const PoseEstimate part_of_it = solve(pose, how);
-  EXPECT_EQ(part_of_it.status, PoseStatus::kNone);
-  EXPECT_THAT(part_of_it.reason, ::testing::HasSubstr("% of the outline, and edges"));
-  how.noise_px = 0.1;
-  EXPECT_EQ(solve(pose, how).status, PoseStatus::kOk);
+  const auto both_ends = [&](const Eigen::Vector2d& p) { return std::abs(p.x() - middle.x()) > 24; };
+  expect_that_a_part_must_fit_better(pose, 0.2, both_ends, "% of the outline, and edges");
 }
 
 TEST_F(PoseSolverTest, ABarAcrossTheMiddleLeavesThePose) {
