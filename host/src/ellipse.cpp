@@ -1,6 +1,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cylpose/curved_border.hpp>
 #include <cylpose/ellipse.hpp>
 
 #include "option_check.hpp"
@@ -145,6 +146,18 @@ double Ellipse::signed_distance(const Eigen::Vector2d& position_px) const {
   return scale_px * coefficients.dot(monomials(p)) / gradient(coefficients, p).norm();
 }
 
+double Ellipse::curvature(const Eigen::Vector2d& position_px) const {
+  const Eigen::Vector2d slope = gradient(coefficients, scaled(*this, position_px));
+  const Coefficients& k = coefficients;
+  // The second derivative along the tangent, times the slope squared.
+  const double bend = 2 * (k[0] * slope.y() * slope.y() - k[1] * slope.x() * slope.y() + k[2] * slope.x() * slope.x());
+  return std::abs(bend) / (scale_px * std::pow(slope.norm(), 3));
+}
+
+double Ellipse::edge_distance(const Eigen::Vector2d& position_px) const {
+  return signed_distance(position_px) - inward_shift_px(curvature(position_px));
+}
+
 Eigen::Vector2d Ellipse::inward(const Eigen::Vector2d& position_px) const {
   return gradient(coefficients, scaled(*this, position_px)).normalized();
 }
@@ -217,7 +230,7 @@ std::optional<FittedEllipse> refine_ellipse(const Ellipse& start, std::span<cons
     residuals.reserve(fitted.points.size());
     double squares = 0;
     for (const int i : fitted.points) {
-      residuals.push_back(ellipse.signed_distance(points[static_cast<std::size_t>(i)].position_px));
+      residuals.push_back(ellipse.edge_distance(points[static_cast<std::size_t>(i)].position_px));
       squares += residuals.back() * residuals.back();
     }
     fitted.rms_px = std::sqrt(squares / static_cast<double>(residuals.size()));

@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cylpose/curved_border.hpp>
 #include <cylpose/outline.hpp>
 #include <numbers>
 #include <numeric>
@@ -46,6 +47,14 @@ Outline::CircleImage::Place Outline::CircleImage::at(const Eigen::Vector2d& on_c
   const double scale = 1 / (1 + w.dot(on_circle));
   const Eigen::Vector2d offset = scale * (on_circle.x() * by_cosine + on_circle.y() * by_sine);
   return {middle + offset, scale * (ahead.x() * by_cosine + ahead.y() * by_sine - w.dot(ahead) * offset)};
+}
+
+// The determinant of the first and the second derivative is that of the two columns over the third power of the
+// denominator.
+double Outline::CircleImage::curvature(const Eigen::Vector2d& on_circle, const Place& place) const {
+  const double columns = std::abs(by_cosine.x() * by_sine.y() - by_cosine.y() * by_sine.x());
+  const double length = (1 + w.dot(on_circle)) * place.tangent.norm();
+  return columns / (length * length * length);
 }
 
 // A place in the coordinates in which the circle is the unit circle.
@@ -247,9 +256,11 @@ std::optional<OutlineMatch> Outline::match_base(std::size_t base, const EdgePoin
     place = circle.at(on_circle);
     if (change * change * squared < kFootPointStepPx * kFootPointStepPx) break;
   }
+  const double curvature = circle.curvature(on_circle, place);
+  if (curvature > kMaxCurvature) return std::nullopt;
   const Eigen::Vector2d offset = position_px - place.position;
   const Eigen::Vector2d inward = arc_turn_[base] * perpendicular(place.tangent).normalized();
-  const double distance = inward.dot(offset);
+  const double distance = inward.dot(offset) - inward_shift_px(curvature);
   const double reach = max_distance_px + 1;
   if (!(std::abs(distance) <= max_distance_px) || inward.dot(edge.inward) < kMinNormalCosine ||
       offset.squaredNorm() > reach * reach) {

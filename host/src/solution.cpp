@@ -262,7 +262,7 @@ std::optional<Solution> Judge::end_on(const FittedEllipse& base) const {
   };
   Hearing hearing;
   for (const EdgePoint& point : judges_) {
-    const double distance_px = base.ellipse.signed_distance(point.position_px);
+    const double distance_px = base.ellipse.edge_distance(point.position_px);
     const bool matches = std::abs(distance_px) <= options_.refine.final_gate_px &&
                          base.ellipse.inward(point.position_px).dot(point.inward) > 0;
     if (matches) {

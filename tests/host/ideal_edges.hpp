@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cylpose/camera.hpp>
+#include <cylpose/curved_border.hpp>
 #include <cylpose/cylinder.hpp>
 #include <cylpose/edge_field.hpp>
 #include <cylpose/part.hpp>
@@ -32,7 +33,7 @@ inline PartModel test_part() {
 }
 
 /// Sees all of the outline unless `is_visible` (of the pixel position) says otherwise; places have Gaussian noise of
-/// `noise_px` along their normals.
+/// `noise_px` along their normals, and on round borders the shift that locating them makes.
 struct IdealEdges {
   double noise_px = 0;
   unsigned seed = 1;
@@ -55,6 +56,18 @@ inline PartEdges ideal_edges(const CameraModel& camera, const PartModel& part, c
   }
   const double turn = twice_area > 0 ? 1 : -1;
 
+  // Of the arcs; a corner bends at one end of the pieces beside it, a side at neither.
+  const auto curvature = [&](std::size_t i) {
+    const auto vertex = [&](std::size_t k) { return outline[k % outline.size()]; };
+    const auto bend_at = [&](std::size_t k) {
+      const Eigen::Vector2d before = vertex(k) - vertex(k + outline.size() - 1);
+      const Eigen::Vector2d after = vertex(k + 1) - vertex(k);
+      const double turned = std::atan2(before.x() * after.y() - before.y() * after.x(), before.dot(after));
+      return std::abs(turned) / std::max(before.norm(), after.norm());
+    };
+    return std::min(bend_at(i), bend_at(i + 1));
+  };
+
   std::map<std::pair<int, int>, EdgePixel> pixels;  // (row, column): row-major
   PartEdges field;
   for (std::size_t i = 0; i < outline.size(); ++i) {
@@ -64,6 +77,7 @@ inline PartEdges ideal_edges(const CameraModel& camera, const PartModel& part, c
     if (length < 1e-9) continue;
     const Eigen::Vector2d along = (b - a) / length;
     const Eigen::Vector2d inward = turn * Eigen::Vector2d(-along.y(), along.x());
+    const double shift = inward_shift_px(std::min(curvature(i), kMaxCurvature));
     for (double at = 0; at < length; at += 0.25) {
       const Eigen::Vector2d position = a + at * along;
       const int x = static_cast<int>(std::lround(position.x()));
@@ -71,7 +85,7 @@ inline PartEdges ideal_edges(const CameraModel& camera, const PartModel& part, c
       if (x < 0 || y < 0 || x >= camera.width || y >= camera.height || !how.is_visible(position)) continue;
       if (pixels.contains({y, x})) continue;
       const double error = how.noise_px > 0 ? noise(random) : 0;
-      const double offset = inward.dot(position - Eigen::Vector2d(x, y)) + error;
+      const double offset = inward.dot(position - Eigen::Vector2d(x, y)) + shift + error;
       pixels[{y, x}] = {static_cast<std::int16_t>(x),
                         static_cast<std::int16_t>(y),
                         static_cast<std::int16_t>(std::lround(800 * inward.x())),

@@ -26,6 +26,12 @@ struct Ellipse {
   /// Pixels, positive inside; to first order (Sampson 1982), so exact on the ellipse and good within some pixels of it.
   [[nodiscard]] double signed_distance(const Eigen::Vector2d& position_px) const;
 
+  /// 1/px, at a place near the ellipse.
+  [[nodiscard]] double curvature(const Eigen::Vector2d& position_px) const;
+
+  /// Of an edge point, from where edges of this border are located (curved_border.hpp): pixels, positive inside.
+  [[nodiscard]] double edge_distance(const Eigen::Vector2d& position_px) const;
+
   /// Unit normal at a place near the ellipse, pointing inside.
   [[nodiscard]] Eigen::Vector2d inward(const Eigen::Vector2d& position_px) const;
 

@@ -27,7 +27,8 @@ struct OutlineMatch {
   double share;               ///< of the way along a side from base 0 to base 1, 0..1 in pixels; 0 on bases
   Eigen::Vector2d on_circle;  ///< cosine and sine of the angle on a base's circle (OutlineArcs); zero on sides
   Eigen::Vector2d inward;     ///< unit normal of the outline there, pointing into the part
-  double distance_px;         ///< of the edge point from the outline, positive inside
+  double distance_px;         ///< of the edge point from where edges of this border are located (curved_border.hpp),
+                              ///< positive inside
 };
 
 class Outline {
@@ -35,7 +36,8 @@ class Outline {
   /// None where `outline_arcs` gives none.
   static std::optional<Outline> of(const CameraModel& camera, const PartModel& part, const CylinderPose& pose);
 
-  /// The nearest place of the outline whose normal agrees with the edge point's, within `max_distance_px`.
+  /// The nearest place of the outline whose normal agrees with the edge point's, within `max_distance_px`. None where a
+  /// base bends so much that edges are not located well.
   [[nodiscard]] std::optional<OutlineMatch> match(const EdgePoint& edge, double max_distance_px) const;
 
   /// The surface point, in metres, that bounds the view at a place on a base; at the end of a side at base 0 or 1.
@@ -84,6 +86,7 @@ class Outline {
       Eigen::Vector2d tangent;  // pixels per radian
     };
     [[nodiscard]] Place at(const Eigen::Vector2d& on_circle) const;
+    [[nodiscard]] double curvature(const Eigen::Vector2d& on_circle, const Place& place) const;  // 1/px
     struct InCircle {
       Eigen::Vector2d place;
       double squared;             // of the distance from the middle
