@@ -1,4 +1,4 @@
-// Where the border lies beside each edge pixel: sets KernelEdge::offset_256.
+// Where the border lies beside each edge pixel: sets KernelEdge::offset_256, and in KernelEdge::kind what told it.
 //
 // A work-item takes edges in turns. It reads the light along the edge's line (line.cl) and the line on either side, as
 // far as it needs, and looks for the place where a filter of eight weights sums up to zero:
@@ -17,6 +17,9 @@
 #define CYL_FARTHEST 6
 #define CYL_ROOT_BITS 8  // by which light is shifted before its root is taken
 #define CYL_NOT_FOUND INT_MIN
+#define CYL_BY_SHARE 1  // EdgeCue
+#define CYL_BY_LIMB 2
+#define CYL_BY_SLOPE 3
 
 // As far as anything looks along a diagonal.
 #define CYL_FIRST (-11)
@@ -259,30 +262,39 @@ static int vertex_of(const Profile* profile, Light channel, bool root, int k) {
          (int)rounded_quotient((long)(after - before) * (CYL_SUBPIXEL / 2), curvature);
 }
 
-static int offset_by_limb(Profile* profile, Light channel) {
+typedef struct {
+  int offset;  // CYL_NOT_FOUND where there is none
+  int cue;
+} Place;
+
+static Place place_by_limb(Profile* profile, Light channel) {
+  const Place none = {0, 0};
   const Line* line = &profile->lines->middle;
   const int reach = pixels_along(line, CYL_REACH);
   read_up_to(profile, -reach - 2, reach + 1);
   const int steepest = steepest_of(profile, channel, false, reach);
-  if (rise_to(profile, channel, false, steepest) <= 0) return 0;
+  if (rise_to(profile, channel, false, steepest) <= 0) return none;
   int border = CYL_NOT_FOUND;
   if (!is_ramp(profile, channel, steepest)) {
     const BorderFilter filter = limb_filter();
     const int steps = 2;
     border = crossing(profile, channel, &filter, steepest, steps);
   }
+  int cue = CYL_BY_LIMB;
   if (border == CYL_NOT_FOUND) {
+    cue = CYL_BY_SLOPE;
     border = vertex_of(profile, channel, false, steepest);
     const int beginning = vertex_of(profile, channel, true, steepest_of(profile, channel, true, reach));
     const int deep = 3 * CYL_SUBPIXEL / 2;
     if (beginning != CYL_NOT_FOUND && (border == CYL_NOT_FOUND || border - beginning > deep)) border = beginning;
   }
-  if (border == CYL_NOT_FOUND) return 0;
-  const int offset = offset_of(line, border);
-  return offset == CYL_NOT_FOUND ? 0 : offset;
+  if (border == CYL_NOT_FOUND) return none;
+  const Place place = {offset_of(line, border), cue};
+  return place.offset == CYL_NOT_FOUND ? none : place;
 }
 
-static int offset_by_share(Profile* profile, Light part) {
+static Place place_by_share(Profile* profile, Light part) {
+  const Place not_found = {CYL_NOT_FOUND, 0};
   const Line* line = &profile->lines->middle;
   const int outermost = -pixels_along(line, CYL_OUTWARD) - CYL_BACKGROUND_PIXELS;
   WideLight outside = {0, 0, 0};
@@ -297,13 +309,13 @@ static int offset_by_share(Profile* profile, Light part) {
   const int bits = 16;
   const WideLight cut = {rest.r >> bits, rest.g >> bits, rest.b >> bits};
   const long least = 300 * CYL_BACKGROUND_PIXELS * (dot_wide(color, color) >> bits);
-  if (dot_wide(cut, cut) < least * least) return CYL_NOT_FOUND;
+  if (dot_wide(cut, cut) < least * least) return not_found;
 
   const Light channel = narrowed(rest);
   const BorderFilter filter = share_filter();
   const int border = crossing(profile, channel, &filter, 0, pixels_along(line, CYL_REACH));
-  const int offset = border == CYL_NOT_FOUND ? CYL_NOT_FOUND : offset_of(line, border);
-  if (offset == CYL_NOT_FOUND) return CYL_NOT_FOUND;
+  const Place place = {border == CYL_NOT_FOUND ? CYL_NOT_FOUND : offset_of(line, border), CYL_BY_SHARE};
+  if (place.offset == CYL_NOT_FOUND) return not_found;
 
   const int middle = (int)rounded_quotient(border, CYL_SUBPIXEL);
   const Outside share = outside_of(profile, channel, middle, true);
@@ -311,9 +323,9 @@ static int offset_by_share(Profile* profile, Light part) {
   if (even * share.spread > share.height) {
     const Light turned = narrowed(perpendicular(color, outside));
     const Outside part = outside_of(profile, turned, middle, false);
-    if (2L * part.spread * share.height <= (long)share.spread * part.height) return offset_by_limb(profile, turned);
+    if (2L * part.spread * share.height <= (long)share.spread * part.height) return place_by_limb(profile, turned);
   }
-  return offset;
+  return place;
 }
 
 CYL_KERNEL void locate_edges(const global uchar* image, const KernelFrame frame, const global ushort* light_tables,
@@ -324,8 +336,8 @@ CYL_KERNEL void locate_edges(const global uchar* image, const KernelFrame frame,
   Light color;
   for (uint i = (uint)get_global_id(0); i < count; i += (uint)get_global_size(0)) {
     const KernelEdge edge = edges[i];
-    if (part != edge.kind / 4) {
-      part = edge.kind / 4;
+    if (part != edge.kind / 16) {
+      part = edge.kind / 16;
       color = color_of_part(color_sums_of(result) + part);
     }
     const Lines lines = lines_through(image, &frame, edge.x - frame.origin_x, edge.y - frame.origin_y, edge.gx, edge.gy,
@@ -338,9 +350,11 @@ CYL_KERNEL void locate_edges(const global uchar* image, const KernelFrame frame,
     read_up_to(&profile, profile.first, CYL_FARTHEST);  // enough for most edges
     const bool has_color = (color.r | color.g | color.b) != 0;
     const Light white = {CYL_UNIT, CYL_UNIT, CYL_UNIT};
-    int offset = has_color ? offset_by_share(&profile, color) : CYL_NOT_FOUND;
-    if (offset == CYL_NOT_FOUND) offset = offset_by_limb(&profile, has_color ? color : white);
-    edges[i].offset_256 = (short)offset;
+    Place place = {CYL_NOT_FOUND, 0};
+    if (has_color) place = place_by_share(&profile, color);
+    if (place.offset == CYL_NOT_FOUND) place = place_by_limb(&profile, has_color ? color : white);
+    edges[i].offset_256 = (short)place.offset;
+    edges[i].kind = (ushort)(edge.kind + 4 * place.cue);
   }
   if (get_global_id(0) == 0) header_of(result)->stamp = frame.stamp;
 }

@@ -66,8 +66,10 @@ double seen_share(const CameraModel& camera, const FittedEllipse& base, std::spa
 // points of equal weight. What the points have in common adds to the amplitude of every harmonic of the border's error,
 // whose own variance is 2 sigma^2 / count.
 std::vector<CirclePose> sigma_circles(const CameraModel& camera, const PartModel& part, const FittedEllipse& base,
-                                      double common_edge_sigma_px) {
-  const double common = common_edge_sigma_px / std::max(base.rms_px, 1e-3);
+                                      std::span<const EdgePoint> points, const CommonEdgeSigma& sigma) {
+  double squares = 0;
+  for (const int i : base.points) squares += std::pow(sigma.of(points[static_cast<std::size_t>(i)].cue), 2);
+  const double common = std::sqrt(squares / static_cast<double>(base.points.size())) / std::max(base.rms_px, 1e-3);
   const double step_length = std::sqrt(5 * (1 + common * common * static_cast<double>(base.points.size()) / 2));
   std::vector<CirclePose> all;
   for (Eigen::Index step = 0; step < 5; ++step) {
@@ -146,9 +148,9 @@ std::vector<CylinderPose> poses_from_blob(const CameraModel& camera, const PartM
 }
 
 std::optional<EndOnView> end_on_view(const CameraModel& camera, const PartModel& part, const FittedEllipse& base,
-                                     std::span<const EdgePoint> points, double common_edge_sigma_px) {
+                                     std::span<const EdgePoint> points, const CommonEdgeSigma& common_edge_sigma) {
   const auto measured = circle_poses(conic_of_rays(camera, base.ellipse), part.radius_m);
-  const std::vector<CirclePose> circles = sigma_circles(camera, part, base, common_edge_sigma_px);
+  const std::vector<CirclePose> circles = sigma_circles(camera, part, base, points, common_edge_sigma);
   if (!measured || circles.empty() || !may_hide_sides((*measured)[0], circles, part.radius_m)) return std::nullopt;
   std::vector<CylinderPose> poses;
   poses.reserve(circles.size());

@@ -152,7 +152,7 @@ std::vector<EdgePoint> edge_points(const CameraModel& camera, std::span<const Ed
   points.reserve(edges.size());
   for (const EdgePixel& edge : edges) {
     const Eigen::Vector2d inward = Eigen::Vector2d(edge.gx, edge.gy).normalized();
-    points.push_back({Eigen::Vector2d(edge.x, edge.y) + inward * (edge.offset_256 / 256.0), inward});
+    points.push_back({Eigen::Vector2d(edge.x, edge.y) + inward * (edge.offset_256 / 256.0), inward, edge.cue});
   }
   if (camera.distortion_model != DistortionModel::kNone) {
     std::vector<Eigen::Vector2d> located;

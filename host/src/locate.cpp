@@ -317,29 +317,37 @@ std::optional<std::int64_t> vertex_of(const Value& value, int k) {
          rounded_quotient((after - before) * (kSubpixel / 2), 2 * peak - before - after);
 }
 
+struct Place {
+  std::int64_t offset;  // along the normal, in 1/kSubpixel
+  EdgeCue cue;
+};
+
 // By a channel that is zero outside. The limb filter's sum has more zeros than one, so it starts from the largest
 // slope, which lies at most a pixel inside of the border. Where there is no zero near by, or a terminator makes the
 // light fall off otherwise, the vertex of the slope is taken. Where that lies deep inside, it is the terminator's: then
 // the root of the light tells where it begins, to half a pixel, be that a step, a ramp or both. Zero where the light
 // does not rise inward.
-std::int64_t offset_by_limb(const Profile& profile, const Line& line, const Light& channel) {
+Place place_by_limb(const Profile& profile, const Line& line, const Light& channel) {
   constexpr int kSteps = 2;
   constexpr int kDeep = 3 * kSubpixel / 2;  // farther apart than a blur of 1.5 px makes the vertices at a step
   const int reach = line.pixels(kLocateReach);
   const auto light = [&](int k) { return level(profile[k], channel); };
   const int steepest = steepest_of(light, reach);
-  if (light(steepest) <= light(steepest - 1)) return 0;
+  if (light(steepest) <= light(steepest - 1)) return {0, EdgeCue::kNone};
   std::optional<std::int64_t> border;
   if (!is_ramp(profile, channel, steepest)) border = crossing(profile, channel, kLimbFilter, steepest, kSteps);
+  EdgeCue cue = EdgeCue::kLimb;
   if (!border) {
+    cue = EdgeCue::kSlope;
     const auto root = [&](int k) { return integer_root(std::max<std::int64_t>(0, light(k)) << kRootBits); };
     border = vertex_of(light, steepest);
     const std::optional<std::int64_t> beginning = vertex_of(root, steepest_of(root, reach));
     if (beginning && (!border || *border - *beginning > kDeep)) border = beginning;
   }
-  if (!border) return 0;
+  if (!border) return {0, EdgeCue::kNone};
   const std::int64_t offset = line.to_normal(*border);
-  return std::abs(offset) > kReach ? 0 : offset;
+  if (std::abs(offset) > kReach) return {0, EdgeCue::kNone};
+  return {offset, cue};
 }
 
 // By the outside's share b = w.pixel, w being the outside's colour without its share along the part's. None where the
@@ -348,7 +356,7 @@ std::int64_t offset_by_limb(const Profile& profile, const Line& line, const Ligh
 // Where the outside is not even, w.pixel tells its texture instead. The roles are turned then: the part's colour
 // without its share along the outside's is zero outside, however bright that is, and its border that of a limb before
 // black.
-std::optional<std::int64_t> offset_by_share(const Profile& profile, const Line& line, const Light& color) {
+std::optional<Place> place_by_share(const Profile& profile, const Line& line, const Light& color) {
   Light outside;
   for (int k = 1; k <= kBackgroundPixels; ++k) outside += profile[-line.pixels(kOutward) - k];
   const Light rest = perpendicular(outside, color);
@@ -372,9 +380,9 @@ std::optional<std::int64_t> offset_by_share(const Profile& profile, const Line& 
     const Light turned = narrowed(perpendicular(color, outside));
     const Outside part = outside_of(profile, turned, middle, false);
     // Twice as even, or shading costs more than it saves.
-    if (2 * part.spread * share.height <= share.spread * part.height) return offset_by_limb(profile, line, turned);
+    if (2 * part.spread * share.height <= share.spread * part.height) return place_by_limb(profile, line, turned);
   }
-  return line.to_normal(*border);
+  return Place{line.to_normal(*border), EdgeCue::kShare};
 }
 
 }  // namespace
@@ -385,12 +393,14 @@ void locate_edges(const ImageView& image, const Roi& search, const ColorGate& ga
   const std::optional<Light> color = part_color(image, light, gate, edges);
   for (EdgePixel& edge : edges) {
     edge.offset_256 = 0;
+    edge.cue = EdgeCue::kNone;
     if (!has_normal(edge)) continue;
     const Line line(edge);
     const Profile profile(light, line);
-    std::optional<std::int64_t> offset = color ? offset_by_share(profile, line, *color) : std::nullopt;
-    if (!offset) offset = offset_by_limb(profile, line, color.value_or(Light{kUnit, kUnit, kUnit}));
-    edge.offset_256 = static_cast<std::int16_t>(*offset);
+    std::optional<Place> place = color ? place_by_share(profile, line, *color) : std::nullopt;
+    if (!place) place = place_by_limb(profile, line, color.value_or(Light{kUnit, kUnit, kUnit}));
+    edge.offset_256 = static_cast<std::int16_t>(place->offset);
+    edge.cue = place->cue;
   }
 }
 

@@ -230,7 +230,7 @@ std::optional<OutlineMatch> Outline::match_side(std::size_t side, const EdgePoin
   if (std::abs(distance) > max_distance_px || line.normal.dot(edge.inward) < kMinNormalCosine) return std::nullopt;
   const double share = side_along_[side].dot(edge.position_px - side_from_[side]);
   if (!(share >= 0 && share <= 1)) return std::nullopt;
-  return OutlineMatch{static_cast<OutlinePiece>(side), share, Eigen::Vector2d::Zero(), line.normal, distance};
+  return OutlineMatch{static_cast<OutlinePiece>(side), share, Eigen::Vector2d::Zero(), line.normal, distance, edge.cue};
 }
 
 Eigen::Vector2d Outline::cut_to_arc(std::size_t base, const Eigen::Vector2d& on_circle) const {
@@ -266,7 +266,7 @@ std::optional<OutlineMatch> Outline::match_base(std::size_t base, const EdgePoin
       offset.squaredNorm() > reach * reach) {
     return std::nullopt;
   }
-  return OutlineMatch{static_cast<OutlinePiece>(kBase0 + base), 0, on_circle, inward, distance};
+  return OutlineMatch{static_cast<OutlinePiece>(kBase0 + base), 0, on_circle, inward, distance, edge.cue};
 }
 
 double Outline::bulge_px(std::size_t base) const {

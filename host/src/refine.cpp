@@ -102,8 +102,9 @@ struct SideSums {
 
 class Refinement {
  public:
-  Refinement(const CameraModel& camera, const PartModel& part, const CylinderPose& start)
-      : camera_(camera), part_(part), start_(start), pose_(start), basis_(start.axis_in_cam) {}
+  Refinement(const CameraModel& camera, const PartModel& part, const CylinderPose& start,
+             std::optional<OutlinePiece> without = std::nullopt)
+      : camera_(camera), part_(part), start_(start), without_(without), pose_(start), basis_(start.axis_in_cam) {}
 
   // Matches the points with the outline of the pose reached so far. False when there is too little to go on.
   bool match(std::span<const EdgePoint> points, double gate_px) {
@@ -112,7 +113,8 @@ class Refinement {
     matched_.clear();
     matched_.reserve(points.size());
     for (const EdgePoint& point : points) {
-      if (const auto match = outline_->match(point, gate_px)) matched_.push_back(*match);
+      const auto match = outline_->match(point, gate_px);
+      if (match && match->piece != without_) matched_.push_back(*match);
     }
     if (static_cast<int>(matched_.size()) < kMinSupport) return false;
     sigma_px_ = edge_sigma();
@@ -253,13 +255,14 @@ class Refinement {
       scatter += (scatters[piece].variance - sigma_px_ * sigma_px_) * problem_.of_piece[piece];
     }
     Matrix5d covariance = inverse * scatter * inverse;
-    const PullsOfHalves pulls = pulls_of_halves();
+    const PullsOfHalves pulls = pulls_of_halves(options.common_edge_sigma);
     for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
-      const double common_px =
-          std::hypot(options.common_edge_sigma_px, options.common_edge_share * std::sqrt(scatters[piece].clumped));
-      for (const Vector5d& pull : pulls[piece]) {
-        const Vector5d moved = common_px * (inverse * pull);
-        covariance += moved * moved.transpose();
+      const double clumped_px = options.common_edge_share * std::sqrt(scatters[piece].clumped);
+      for (const PullOfHalf& half : pulls[piece]) {
+        for (const Vector5d& pull : {half.by_cues, Vector5d(clumped_px * half.per_px)}) {
+          const Vector5d moved = inverse * pull;
+          covariance += moved * moved.transpose();
+        }
       }
     }
     Eigen::Matrix<double, 6, 5> to_full = Eigen::Matrix<double, 6, 5>::Zero();
@@ -271,23 +274,29 @@ class Refinement {
     return full;
   }
 
-  // How a common shift of all points of half a piece pulls the pose, per pixel.
-  using PullsOfHalves = std::array<std::array<Vector5d, 2>, kOutlinePieces>;
+  // How a common shift of all points of half a piece pulls the pose.
+  struct PullOfHalf {
+    Vector5d per_px = Vector5d::Zero();
+    Vector5d by_cues = Vector5d::Zero();  // where each point is shifted by the common sigma of its cue
+  };
+  using PullsOfHalves = std::array<std::array<PullOfHalf, 2>, kOutlinePieces>;
 
-  [[nodiscard]] PullsOfHalves pulls_of_halves() const {
+  [[nodiscard]] PullsOfHalves pulls_of_halves(const CommonEdgeSigma& sigma) const {
     PullsOfHalves pulls;
-    for (auto& halves : pulls) halves.fill(Vector5d::Zero());
     const auto weight_at = cauchy_weight();
     std::size_t row = 0;
     for (const OutlineMatch& match : matched_) {
       const double weight = weight_at(match.distance_px);
-      Vector5d& pull = pulls[match.piece][outline_->share_of(match) < 0.5 ? 0 : 1];
+      Vector5d by_pose;
       if (is_side(match.piece)) {
         const auto& [from, to] = at_side_ends_[match.piece];
-        pull += weight * (from + match.share * (to - from));
+        by_pose = from + match.share * (to - from);
       } else {
-        pull += weight * on_bases_[row++];
+        by_pose = on_bases_[row++];
       }
+      PullOfHalf& half = pulls[match.piece][outline_->share_of(match) < 0.5 ? 0 : 1];
+      half.per_px += weight * by_pose;
+      half.by_cues += weight * sigma.of(match.cue) * by_pose;
     }
     return pulls;
   }
@@ -370,6 +379,7 @@ class Refinement {
   const CameraModel& camera_;
   const PartModel& part_;
   CylinderPose start_;
+  std::optional<OutlinePiece> without_;
   CylinderPose pose_;
   std::optional<Outline> outline_;  // of the pose that the last match started from
   std::vector<OutlineMatch> matched_;
@@ -388,7 +398,10 @@ bool RefineOptions::is_valid(std::string* why) const {
   return require_positive(first_gate_px, "refine.first_gate_px", why) &&
          require_positive(final_gate_px, "refine.final_gate_px", why) &&
          require_at_least(rounds, 1, "refine.rounds", why) &&
-         require_positive(common_edge_sigma_px, "refine.common_edge_sigma_px", why) &&
+         require_positive(common_edge_sigma.by_share_px, "refine.common_edge_sigma.by_share_px", why) &&
+         require_positive(common_edge_sigma.by_limb_px, "refine.common_edge_sigma.by_limb_px", why) &&
+         require_positive(common_edge_sigma.by_slope_px, "refine.common_edge_sigma.by_slope_px", why) &&
+         require_positive(common_edge_sigma.by_none_px, "refine.common_edge_sigma.by_none_px", why) &&
          require_positive(common_edge_share, "refine.common_edge_share", why);
 }
 
@@ -407,8 +420,9 @@ std::optional<CoarsePose> refine_coarsely(const CameraModel& camera, const PartM
 }
 
 std::optional<RefinedPose> refine_finely(const CameraModel& camera, const PartModel& part, const CylinderPose& start,
-                                         std::span<const EdgePoint> points, const RefineOptions& options) {
-  Refinement refinement(camera, part, start);
+                                         std::span<const EdgePoint> points, const RefineOptions& options,
+                                         std::optional<OutlinePiece> without) {
+  Refinement refinement(camera, part, start, without);
   for (int round = 0; round < kRoundsWithAll; ++round) {
     if (!refinement.match(points, options.final_gate_px)) return std::nullopt;
     const auto moved_px = refinement.step();

@@ -84,6 +84,28 @@ std::optional<std::size_t> main_rim(const RefinedPose& refined, int stations) {
   return std::nullopt;
 }
 
+// The base, if any, whose points are likely an occluder's edge beside it: part of it is seen, far from as well as all
+// else fits, and the other one is seen.
+std::optional<OutlinePiece> doubtful_base(const RefinedPose& refined) {
+  constexpr double kMaxSeen = 0.7;
+  constexpr double kMinOtherSeen = 0.5;
+  constexpr double kMinRmsPx = 0.15;
+  constexpr double kMinOfOthers = 3;
+  for (const OutlinePiece base : {kBase0, kBase1}) {
+    const OutlinePiece other_base = base == kBase0 ? kBase1 : kBase0;
+    if (refined.piece_seen[base] > kMaxSeen || refined.piece_seen[other_base] < kMinOtherSeen) continue;
+    double squares = 0;
+    double seen = 0;
+    for (const OutlinePiece piece : {kSide0, kSide1, other_base}) {
+      const double stations = refined.piece_seen[piece] * refined.piece_stations[piece];
+      squares += stations * refined.piece_rms_px[piece] * refined.piece_rms_px[piece];
+      seen += stations;
+    }
+    if (refined.piece_rms_px[base] > std::max(kMinRmsPx, kMinOfOthers * std::sqrt(squares / seen))) return base;
+  }
+  return std::nullopt;
+}
+
 // Whether the outline is hardly longer than wide, so that little but its size tells it from other round things.
 bool is_blob(const CameraModel& camera, const PartModel& part, const CylinderPose& pose) {
   constexpr double kMaxLengthOfWidth = 1.5;  // from base to base
@@ -153,8 +175,13 @@ Judge::Judge(const CameraModel& camera, const PartModel& part, const SolveOption
       judges_(along_chains(points, chains, kPointsToJudge)) {}
 
 std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
-  const auto refined = refine_finely(camera_, part_, coarse.pose, points_, options_.refine);
+  auto refined = refine_finely(camera_, part_, coarse.pose, points_, options_.refine);
   if (!refined) return std::nullopt;
+  const auto doubtful = is_blob(camera_, part_, refined->pose) ? std::nullopt : doubtful_base(*refined);
+  if (doubtful) {
+    auto without = refine_finely(camera_, part_, refined->pose, points_, options_.refine, doubtful);
+    if (without) refined = std::move(without);
+  }
   const auto outline = Outline::of(camera_, part_, refined->pose);
   if (!outline) return std::nullopt;
 
@@ -236,7 +263,7 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
 }
 
 std::optional<Solution> Judge::end_on(const FittedEllipse& base) const {
-  const auto view = end_on_view(camera_, part_, base, points_, options_.refine.common_edge_sigma_px);
+  const auto view = end_on_view(camera_, part_, base, points_, options_.refine.common_edge_sigma);
   if (!view) return std::nullopt;
   Solution solution;
   solution.is_end_on = true;

@@ -73,7 +73,7 @@ TEST_F(BasePoseTest, EndOnTheTruthLiesWithinTheCovariance) {
   for (unsigned seed = 0; seed < kRuns; ++seed) {
     const CylinderPose pose = tilted(0.02, 1);
     const std::vector<EdgePoint> points = rim(pose, 0.1, seed);
-    const auto view = end_on_view(camera, part, fit(points), points, 0.03);
+    const auto view = end_on_view(camera, part, fit(points), points, {.by_share_px = 0.03});
     ASSERT_TRUE(view);
     EXPECT_GT(view->seen, 0.95);
     EXPECT_GT(view->support, 0.95 * static_cast<double>(points.size()));
@@ -92,7 +92,7 @@ TEST_F(BasePoseTest, ATiltedBaseWithoutItsSidesIsNoEndOnView) {
   PartModel disc = part;
   disc.height_m = 1e-4;
   const std::vector<EdgePoint> points = edge_points(camera, ideal_edges(camera, disc, pose).edges);
-  EXPECT_FALSE(end_on_view(camera, part, fit(points), points, 0.03));
+  EXPECT_FALSE(end_on_view(camera, part, fit(points), points, {.by_share_px = 0.03}));
 }
 
 TEST_F(BasePoseTest, SeenCountsTheMissingArc) {
@@ -100,7 +100,7 @@ TEST_F(BasePoseTest, SeenCountsTheMissingArc) {
   std::vector<EdgePoint> points = rim(pose, 0.05);
   const double middle = ideal_pixel(camera, pose.center_in_cam).x();
   std::erase_if(points, [&](const EdgePoint& p) { return p.position_px.x() > middle; });
-  const auto view = end_on_view(camera, part, fit(points), points, 0.03);
+  const auto view = end_on_view(camera, part, fit(points), points, {.by_share_px = 0.03});
   ASSERT_TRUE(view);
   EXPECT_NEAR(view->seen, 0.5, 0.1);
 }

@@ -91,7 +91,8 @@ inline PartEdges ideal_edges(const CameraModel& camera, const PartModel& part, c
                         static_cast<std::int16_t>(std::lround(800 * inward.x())),
                         static_cast<std::int16_t>(std::lround(800 * inward.y())),
                         static_cast<std::int16_t>(std::lround(256 * offset)),
-                        EdgeStrength::kStrong};
+                        EdgeStrength::kStrong,
+                        EdgeCue::kShare};
     }
   }
   for (const auto& [place, pixel] : pixels) field.edges.push_back(pixel);

@@ -58,7 +58,7 @@ TEST_F(RefineTest, OutliersDoNotPull) {
 
 TEST_F(RefineTest, CovarianceShrinksWithDistanceAndNoise) {
   RefineOptions options;
-  options.common_edge_sigma_px = 0.001;  // which noise does not change
+  options.common_edge_sigma.by_share_px = 0.001;  // which noise does not change
   const auto depth_sigma = [&](double z, double noise) {
     const CylinderPose pose{{0, 0, z}, Eigen::Vector3d(0.2, -1, 0.3).normalized()};
     IdealEdges how;

@@ -87,7 +87,10 @@ TEST(SerialBackend, AgreesWithTheNaiveStagesOnAnySizeAndFormat) {
         EXPECT_EQ(field.parts[i].mask.pixels, naive.mask());
         EXPECT_EQ(field.parts[i].region, naive.region());
         std::vector<EdgePixel> found = field.parts[i].edges;
-        for (EdgePixel& edge : found) edge.offset_256 = 0;
+        for (EdgePixel& edge : found) {
+          edge.offset_256 = 0;
+          edge.cue = EdgeCue::kNone;
+        }
         EXPECT_EQ(found, naive.edges());
         edges += found.size();
         area += field.parts[i].region.m00;
@@ -112,7 +115,10 @@ TEST(SerialBackend, AgreesWithTheNaiveStagesInsideARegionAndWithOtherThresholds)
     EXPECT_EQ(field.parts[0].mask.pixels, naive.mask());
     EXPECT_EQ(field.parts[0].region, naive.region());
     std::vector<EdgePixel> found = field.parts[0].edges;
-    for (EdgePixel& edge : found) edge.offset_256 = 0;
+    for (EdgePixel& edge : found) {
+      edge.offset_256 = 0;
+      edge.cue = EdgeCue::kNone;
+    }
     EXPECT_EQ(found, naive.edges());
   }
 }

@@ -6,6 +6,7 @@
 #include <cylpose/contour.hpp>
 #include <cylpose/cylinder.hpp>
 #include <cylpose/edge_field.hpp>
+#include <cylpose/edge_sigma.hpp>
 #include <cylpose/ellipse.hpp>
 #include <cylpose/part.hpp>
 #include <optional>
@@ -38,10 +39,10 @@ struct EndOnView {
 
 /// Mean and covariance of both circle poses over the ellipse's uncertainty, at sigma points, each turned back until its
 /// cylinder hides its sides. Near the face-on view, where the tilt goes with the root of what is measured, first
-/// derivatives would say nothing. `common_edge_sigma_px` as RefineOptions::common_edge_sigma_px. None when at all sigma
-/// points the sides would show.
+/// derivatives would say nothing. `common_edge_sigma` as in RefineOptions. None when at all sigma points the sides
+/// would show.
 [[nodiscard]] std::optional<EndOnView> end_on_view(const CameraModel& camera, const PartModel& part,
                                                    const FittedEllipse& base, std::span<const EdgePoint> points,
-                                                   double common_edge_sigma_px);
+                                                   const CommonEdgeSigma& common_edge_sigma);
 
 }  // namespace cylpose

@@ -13,7 +13,8 @@ namespace cylpose {
 /// focal length and principal point (straight lines are straight there).
 struct EdgePoint {
   Eigen::Vector2d position_px;
-  Eigen::Vector2d inward;  ///< unit normal of the border, pointing into the part
+  Eigen::Vector2d inward;        ///< unit normal of the border, pointing into the part
+  EdgeCue cue = EdgeCue::kNone;  ///< that told where it is
 };
 
 /// An ordered run of neighbouring edge points, as indices.

@@ -13,6 +13,14 @@ enum class EdgeStrength : std::uint8_t {
   kStrong = 2,  ///< at or above DetectOptions::edge_high
 };
 
+/// What told where a border lies; the errors that neighbours share depend on it (CommonEdgeSigma).
+enum class EdgeCue : std::uint8_t {
+  kNone = 0,   ///< nothing: it is taken to be at the pixel's centre
+  kShare = 1,  ///< the background's share of the light, whatever the part's shading
+  kLimb = 2,   ///< how the part's own light falls off toward the border, which depends on the shading
+  kSlope = 3,  ///< where that light changes most
+};
+
 /// One pixel on the border between the part's colour and anything else.
 struct EdgePixel {
   std::int16_t x;   ///< column in the frame
@@ -22,6 +30,7 @@ struct EdgePixel {
   /// Where the border lies from the pixel's centre, along the unit gradient (positive: further inside), in 1/256 pixel.
   std::int16_t offset_256;
   EdgeStrength strength;
+  EdgeCue cue = EdgeCue::kNone;
   friend bool operator==(const EdgePixel&, const EdgePixel&) = default;
 };
 

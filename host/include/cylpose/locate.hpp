@@ -12,7 +12,7 @@ namespace cylpose {
 /// Farther than this from the edge pixel's centre, in pixels along the gradient, no border is looked for.
 inline constexpr double kLocateReach = 3.5;
 
-/// Sets `offset_256` of all edge pixels of one part.
+/// Sets `offset_256` and `cue` of all edge pixels of one part.
 ///
 /// In linear light a border pixel is a*c + b*B: the part's colour direction c, more or less brightly lit, and the
 /// colour B outside. A channel w with w.c = 0 tells the outside's share b, whatever the shading: its profile along the

@@ -29,6 +29,7 @@ struct OutlineMatch {
   Eigen::Vector2d inward;     ///< unit normal of the outline there, pointing into the part
   double distance_px;         ///< of the edge point from where edges of this border are located (curved_border.hpp),
                               ///< positive inside
+  EdgeCue cue;                ///< that told where the edge is
 };
 
 class Outline {

@@ -6,6 +6,7 @@
 #include <cylpose/camera.hpp>
 #include <cylpose/contour.hpp>
 #include <cylpose/cylinder.hpp>
+#include <cylpose/edge_sigma.hpp>
 #include <cylpose/outline.hpp>
 #include <cylpose/part.hpp>
 #include <optional>
@@ -23,12 +24,10 @@ struct RefineOptions {
   /// Rounds of matching and solving on a part of the points at most; they end when the outline moves less than 0.002
   /// px. Up to three with all points follow.
   int rounds = 8;
-  /// Standard deviation, in pixels, of what all edge points of half a side or base have in common (shading, blur): it
-  /// does not average out over the points and bounds the covariance from below. Halves err independently, so that
-  /// turns of a side are covered like shifts. The value puts 95 % of rendered scenes inside (docs/accuracy.md).
-  double common_edge_sigma_px = 0.05;
-  /// The same for points whose errors clump, in standard deviations of their clumped part: what pulls neighbours alike
-  /// (texture, things behind the part) also moves the whole half.
+  /// What edge points have in common, by what told where they are.
+  CommonEdgeSigma common_edge_sigma;
+  /// What points whose errors clump have in common in addition, in standard deviations of their clumped part: what
+  /// pulls neighbours alike (texture, things behind the part) also moves the whole half.
   double common_edge_share = 1;
 
   [[nodiscard]] bool is_valid(std::string* why) const;
@@ -62,10 +61,11 @@ struct CoarsePose {
 /// Cauchy weights. The first-order change of the outline with the pose is that of the contour's surface points
 /// (docs/algorithm.md, "Refinement"). `start`, no farther off than `final_gate_px`, also serves as a weak prior for the
 /// place along the axis, with a standard deviation of half the height, so that hidden bases leave a large variance and
-/// not a singular problem. None as above.
+/// not a singular problem. The piece `without`, if any, is taken to be hidden. None as above.
 [[nodiscard]] std::optional<RefinedPose> refine_finely(const CameraModel& camera, const PartModel& part,
                                                        const CylinderPose& start, std::span<const EdgePoint> points,
-                                                       const RefineOptions& options);
+                                                       const RefineOptions& options,
+                                                       std::optional<OutlinePiece> without = std::nullopt);
 
 /// Both, the first with a part of the points.
 [[nodiscard]] std::optional<RefinedPose> refine(const CameraModel& camera, const PartModel& part,
