@@ -32,15 +32,6 @@ bool is_inside(const CameraModel& camera, const Eigen::Vector2d& p) {
          p.y() <= camera.height - 1 - kImageMarginPx;
 }
 
-// On a side, the place in space that is seen at a share of the way between the images of its ends.
-Eigen::Vector3d surface_point(const Outline& outline, const OutlineMatch& match) {
-  if (match.piece == kBase0 || match.piece == kBase1) return outline.point_on_base(match);
-  const Eigen::Vector3d from = outline.end_of_side(match.piece, 0);
-  const Eigen::Vector3d to = outline.end_of_side(match.piece, 1);
-  const double share = match.share * from.z() / ((1 - match.share) * to.z() + match.share * from.z());
-  return from + share * (to - from);
-}
-
 // Reorders the values.
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -61,7 +52,6 @@ std::vector<ContourSample> contour_samples(const CameraModel& camera, const Part
   std::vector<ContourSample> samples;
   const auto outline = Outline::of(camera, part, pose);
   if (!outline) return samples;
-  const Eigen::Vector2d middle = ideal_pixel(camera, pose.center_in_cam);
   const std::vector<Outline::Station> stations = outline->stations();
   for (std::size_t i = 0; i < stations.size(); ++i) {
     const Outline::Station& here = stations[i];
@@ -72,12 +62,9 @@ std::vector<ContourSample> contour_samples(const CameraModel& camera, const Part
     const Eigen::Vector2d& before = has_before ? stations[i - 1].position_px : here.position_px;
     const Eigen::Vector2d& after = has_after ? stations[i + 1].position_px : here.position_px;
     const Eigen::Vector2d step = (after - before) / (has_before && has_after ? 2 : 1);
-    Eigen::Vector2d inward = Eigen::Vector2d(-step.y(), step.x()).normalized();
-    if (inward.dot(middle - here.position_px) < 0) inward = -inward;  // the silhouette is convex
-    const auto match = outline->match({here.position_px, inward}, kMatchPx);
-    if (!match) continue;
+    const Outline::Place place = outline->place_of(here);
     samples.push_back(
-        {here.piece, here.position_px, match->inward, surface_point(*outline, *match), step.cwiseAbs().maxCoeff()});
+        {here.piece, here.position_px, place.inward, place.point_in_cam, place.curvature, step.cwiseAbs().maxCoeff()});
   }
   return samples;
 }

@@ -22,6 +22,7 @@ struct ContourSample {
   Eigen::Vector2d position_px;   ///< pixels of the ideal camera
   Eigen::Vector2d inward;        ///< unit normal, into the part
   Eigen::Vector3d point_in_cam;  ///< on the cylinder, metres
+  double curvature;              ///< of the outline, 1/px
   double edge_pixels;  ///< how many edge pixels it has: one per row or column that it crosses, whichever are more
 };
 

@@ -179,14 +179,29 @@ std::vector<Outline::Station> Outline::stations() const {
       const double share = (i + 0.5) / count;
       if (piece == kSide0 || piece == kSide1) {
         const Eigen::Vector2d& along = side_along_[piece];
-        stations.push_back({piece, side_from_[piece] + share * along / along.squaredNorm()});
+        stations.push_back({piece, share, side_from_[piece] + share * along / along.squaredNorm()});
       } else {
         const std::size_t base = piece - kBase0;
-        stations.push_back({piece, circles_[base].at(unit_vector(angle_at(base, share))).position});
+        stations.push_back({piece, share, circles_[base].at(unit_vector(angle_at(base, share))).position});
       }
     }
   }
   return stations;
+}
+
+Outline::Place Outline::place_of(const Station& station) const {
+  if (station.piece == kSide0 || station.piece == kSide1) {
+    const Eigen::Vector3d& from = side_ends_[station.piece][0];
+    const Eigen::Vector3d& to = side_ends_[station.piece][1];
+    const double in_space = station.share * from.z() / ((1 - station.share) * to.z() + station.share * from.z());
+    return {from + in_space * (to - from), sides_[station.piece].normal, 0};
+  }
+  const std::size_t base = station.piece - kBase0;
+  const double angle = angle_at(base, station.share);
+  const CircleImage::Place place = circles_[base].at(unit_vector(angle));
+  return {arcs_.point(static_cast<int>(base), angle, radius_m_),
+          arc_turn_[base] * perpendicular(place.tangent).normalized(),
+          circles_[base].curvature(unit_vector(angle), place)};
 }
 
 double Outline::share_of(const OutlineMatch& match) const {

@@ -84,9 +84,15 @@ std::optional<std::size_t> main_rim(const RefinedPose& refined, int stations) {
   return std::nullopt;
 }
 
-// The base, if any, whose points are likely an occluder's edge beside it: part of it is seen, far from as well as all
-// else fits, and the other one is seen.
-std::optional<OutlinePiece> doubtful_base(const RefinedPose& refined) {
+// How far the points of a base may lie from it, root mean square in pixels, where the other base is hidden.
+double lone_base_limit_px(const CheckOptions& check, const RefinedPose& refined) {
+  const double sides_rms_px = std::max(refined.piece_rms_px[kSide0], refined.piece_rms_px[kSide1]);
+  return std::max(check.max_lone_base_rms_px, kMaxLoneBaseOfSides * sides_rms_px);
+}
+
+// The base, if any, whose points are likely an occluder's edge beside it: part of it is seen, and fits far worse than
+// all else, while the other one fits as well as a lone base must.
+std::optional<OutlinePiece> doubtful_base(const CheckOptions& check, const RefinedPose& refined) {
   constexpr double kMaxSeen = 0.7;
   constexpr double kMinOtherSeen = 0.5;
   constexpr double kMinRmsPx = 0.15;
@@ -94,6 +100,7 @@ std::optional<OutlinePiece> doubtful_base(const RefinedPose& refined) {
   for (const OutlinePiece base : {kBase0, kBase1}) {
     const OutlinePiece other_base = base == kBase0 ? kBase1 : kBase0;
     if (refined.piece_seen[base] > kMaxSeen || refined.piece_seen[other_base] < kMinOtherSeen) continue;
+    if (refined.piece_rms_px[other_base] > lone_base_limit_px(check, refined)) continue;
     double squares = 0;
     double seen = 0;
     for (const OutlinePiece piece : {kSide0, kSide1, other_base}) {
@@ -177,7 +184,7 @@ Judge::Judge(const CameraModel& camera, const PartModel& part, const SolveOption
 std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   auto refined = refine_finely(camera_, part_, coarse.pose, points_, options_.refine);
   if (!refined) return std::nullopt;
-  const auto doubtful = is_blob(camera_, part_, refined->pose) ? std::nullopt : doubtful_base(*refined);
+  const auto doubtful = is_blob(camera_, part_, refined->pose) ? std::nullopt : doubtful_base(options_.check, *refined);
   if (doubtful) {
     auto without = refine_finely(camera_, part_, refined->pose, points_, options_.refine, doubtful);
     if (without) refined = std::move(without);
@@ -217,14 +224,12 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
     fail(estimate, fmt::format("seen along its axis, {:.0f} % of the outline, and edges {:.2f} px off it",
                                100 * estimate.seen, estimate.rms_px));
   }
-  const double sides_rms_px = std::max(refined->piece_rms_px[kSide0], refined->piece_rms_px[kSide1]);
-  const double lone_base_limit_px = std::max(options_.check.max_lone_base_rms_px, kMaxLoneBaseOfSides * sides_rms_px);
   const EndCheck end_check(camera_, part_, options_);
   for (const std::size_t lone_base : {std::size_t{kBase0}, std::size_t{kBase1}}) {
     const std::size_t other_base = kBase0 + kBase1 - lone_base;
     if (refined->piece_seen[other_base] >= options_.check.min_side_seen) continue;
     const double rms_px = refined->piece_rms_px[lone_base];
-    if (rms_px > lone_base_limit_px) {
+    if (rms_px > lone_base_limit_px(options_.check, *refined)) {
       fail(estimate, fmt::format("the only base seen fits badly ({:.2f} px)", rms_px));
     }
     if (const auto why = end_check.longer_part(*outline, other_base - kBase0, points_)) fail(estimate, *why);

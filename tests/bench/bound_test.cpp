@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <cylpose/curved_border.hpp>
 #include <cylpose/refine.hpp>
 #include <numbers>
 #include <random>
@@ -89,7 +90,8 @@ TEST(Bound, IsReachedByTheRefinement) {
   std::vector<EdgePoint> clean;
   double pixels = 0;
   for (const ContourSample& sample : samples) {
-    clean.push_back({sample.position_px, sample.inward});
+    const double shift_px = inward_shift_px(sample.curvature);
+    clean.push_back({sample.position_px + shift_px * sample.inward, sample.inward, EdgeCue::kShare});
     pixels += sample.edge_pixels;
   }
   // One point each, where the bound counts some three.

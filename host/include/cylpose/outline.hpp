@@ -49,10 +49,19 @@ class Outline {
   /// on them.
   struct Station {
     OutlinePiece piece;
+    double share;  ///< how far along the piece it lies, 0..1 (in pixels on sides, in angle on bases)
     Eigen::Vector2d position_px;
   };
   [[nodiscard]] std::vector<Station> stations() const;
   [[nodiscard]] std::size_t station_count() const;
+
+  /// Of the outline at a station.
+  struct Place {
+    Eigen::Vector3d point_in_cam;  ///< the surface point, in metres, that bounds the view there
+    Eigen::Vector2d inward;        ///< unit normal in the image, pointing into the part
+    double curvature;              ///< 1/px; 0 on sides
+  };
+  [[nodiscard]] Place place_of(const Station& station) const;
 
   /// How far along its side or base a match lies, 0..1.
   [[nodiscard]] double share_of(const OutlineMatch& match) const;
