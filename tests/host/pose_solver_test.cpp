@@ -158,6 +158,36 @@ TEST_F(PoseSolverTest, ABarAcrossTheMiddleLeavesThePose) {
   EXPECT_LT((estimate.pose.center_in_cam - pose.center_in_cam).norm(), 1e-3);
 }
 
+// A bar hides the upper end. Its edge runs so near to the hidden rim that it could be taken for it.
+TEST_F(PoseSolverTest, ABarsEdgeBesideAHiddenRimDoesNotPull) {
+  const CylinderPose pose{{0, 0, 3}, Eigen::Vector3d(0.3, -0.9, 0.3).normalized()};
+  const PartEdges all = ideal_edges(camera, part, pose);
+  const int top = all.edges.front().y;
+  for (const int below : {4, 6, 8, 10}) {
+    IdealEdges how;
+    how.noise_px = 0.03;
+    how.is_visible = [&](const Eigen::Vector2d& p) { return p.y() > top + below; };
+    PartEdges edges = ideal_edges(camera, part, pose, how);
+    const auto [left, right] = std::minmax_element(edges.edges.begin(), edges.edges.end(),
+                                                   [](const EdgePixel& a, const EdgePixel& b) { return a.x < b.x; });
+    const int first = left->x;
+    const int last = right->x;
+    std::erase_if(edges.edges, [&](const EdgePixel& edge) { return edge.y <= top + below; });
+    std::vector<EdgePixel> bar;
+    for (int x = first; x <= last; ++x) {
+      const Eigen::Vector2d pixel(x, top + below);
+      if (!intersect_ray(pose, part.radius_m, part.height_m, ideal_ray(camera, pixel))) continue;
+      bar.push_back({static_cast<std::int16_t>(x), static_cast<std::int16_t>(top + below), 0, 800, 0,
+                     EdgeStrength::kStrong, EdgeCue::kShare});
+    }
+    edges.edges.insert(edges.edges.begin(), bar.begin(), bar.end());
+    const PoseEstimate estimate = solver.solve(field_of(camera, edges)).at(0);
+    ASSERT_EQ(estimate.status, PoseStatus::kOk) << estimate.reason;
+    EXPECT_LT(estimate.rms_px, 0.05) << below;  // with the bar's edge 0.08 px and more
+    EXPECT_LT((estimate.pose.center_in_cam - pose.center_in_cam).norm(), 1e-3) << below;
+  }
+}
+
 TEST_F(PoseSolverTest, PartlyOutsideTheImage) {
   const CylinderPose pose{{0.05, -0.35, 1.2}, Eigen::Vector3d(0.1, -1, 0.1).normalized()};
   const PoseEstimate estimate = solve(pose);
