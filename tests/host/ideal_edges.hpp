@@ -33,10 +33,11 @@ inline PartModel test_part() {
 }
 
 /// Sees all of the outline unless `is_visible` (of the pixel position) says otherwise; places have Gaussian noise of
-/// `noise_px` along their normals, and on round borders the shift that locating them makes.
+/// `noise_px` along their normals, and on round borders the shift that locating them makes unless they are `on_border`.
 struct IdealEdges {
   double noise_px = 0;
   unsigned seed = 1;
+  bool on_border = false;
   std::function<bool(const Eigen::Vector2d&)> is_visible = [](const Eigen::Vector2d&) { return true; };
 };
 
@@ -77,7 +78,7 @@ inline PartEdges ideal_edges(const CameraModel& camera, const PartModel& part, c
     if (length < 1e-9) continue;
     const Eigen::Vector2d along = (b - a) / length;
     const Eigen::Vector2d inward = turn * Eigen::Vector2d(-along.y(), along.x());
-    const double shift = inward_shift_px(std::min(curvature(i), kMaxCurvature));
+    const double shift = how.on_border ? 0 : inward_shift_px(std::min(curvature(i), kMaxCurvature));
     for (double at = 0; at < length; at += 0.25) {
       const Eigen::Vector2d position = a + at * along;
       const int x = static_cast<int>(std::lround(position.x()));

@@ -210,12 +210,37 @@ TEST(Locate, FindsABorderWithinItsReachAndLeavesOthersAtThePixel) {
   }
 }
 
+TEST(Locate, SaysWhatToldThePlace) {
+  const auto share_told_by = [](EdgeCue cue, double background) {
+    SlantedEdge edge;
+    edge.background = light_of_codes(background, background, background);
+    edge.angle_rad = 0.3;
+    const SlantedEdgePicture picture(edge);
+    const std::vector<EdgePixel> edges = edges_in(picture.view(), kRed, Transfer::kSrgb);
+    return static_cast<double>(std::ranges::count(edges, cue, &EdgePixel::cue)) / static_cast<double>(edges.size());
+  };
+  EXPECT_GT(share_told_by(EdgeCue::kShare, 140), 0.9);
+  EXPECT_GT(share_told_by(EdgeCue::kLimb, 2), 0.9);
+
+  // Before black, light that rises evenly as from a terminator.
+  std::vector<std::uint8_t> bytes;
+  for (int i = 0; i < 40 * 16; ++i) {
+    const int red = std::max(0, 8 * (i % 40 - 19));
+    for (const int code : {0, 0, red}) bytes.push_back(static_cast<std::uint8_t>(code));
+  }
+  const ImageView ramp{bytes.data(), 40, 16, 120, PixelFormat::kBgr8};
+  std::vector<EdgePixel> edges = with_neighbours({20, 8, 400, 0, 0, EdgeStrength::kStrong});
+  locate_edges(ramp, ramp.bounds(), make_gate(kRed), Transfer::kLinear, edges);
+  EXPECT_EQ(edges.back().cue, EdgeCue::kSlope);
+}
+
 TEST(Locate, AnEdgeWithoutGradientStaysAtItsPixel) {
   const std::vector<std::uint8_t> bytes = sharp_border(40, 16);
   const ImageView image{bytes.data(), 40, 16, 120, PixelFormat::kBgr8};
-  std::vector<EdgePixel> edges = with_neighbours({20, 8, 0, 0, 77, EdgeStrength::kWeak});
+  std::vector<EdgePixel> edges = with_neighbours({20, 8, 0, 0, 77, EdgeStrength::kWeak, EdgeCue::kShare});
   locate_edges(image, image.bounds(), make_gate(kRed), Transfer::kSrgb, edges);
   EXPECT_EQ(edges.back().offset_256, 0);
+  EXPECT_EQ(edges.back().cue, EdgeCue::kNone);
   edges.clear();
   locate_edges(image, image.bounds(), make_gate(kRed), Transfer::kSrgb, edges);
   EXPECT_TRUE(edges.empty());

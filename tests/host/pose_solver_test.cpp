@@ -284,7 +284,7 @@ TEST_F(PoseSolverTest, FromWithinTheInfiniteCylinderTheCovarianceCoversBothTilts
     EXPECT_LT(axis_angle(estimate.pose.axis_in_cam, pose.axis_in_cam), 4 * estimate.sigma_axis_rad() + 0.003) << i;
     EXPECT_LT(estimate.sigma_axis_rad(), 0.1) << i;
   }
-  EXPECT_GE(end_on, 0.98 * kScenes);
+  EXPECT_GE(end_on, 0.99 * kScenes);
   EXPECT_LT(normalised / end_on, 1.5 * 3);
 }
 

@@ -71,6 +71,25 @@ TEST_F(RefineTest, CovarianceShrinksWithDistanceAndNoise) {
   EXPECT_GT(depth_sigma(2, 0.4), 1.5 * depth_sigma(2, 0.1));
 }
 
+TEST_F(RefineTest, CovarianceGrowsWithWhatEdgesOfACueHaveInCommon) {
+  const CylinderPose pose{{0, 0, 2}, Eigen::Vector3d(0.1, -1, 0.3).normalized()};
+  IdealEdges how;
+  how.noise_px = 0.02;
+  const auto depth_sigma = [&](EdgeCue cue) {
+    auto points = points_of(pose, how);
+    for (EdgePoint& point : points) point.cue = cue;
+    const auto refined = refine(camera, part, pose, points, {});
+    return refined ? std::sqrt(refined->covariance(2, 2)) : 0.0;
+  };
+  const double by_share = depth_sigma(EdgeCue::kShare);
+  ASSERT_GT(by_share, 0);
+  // The points' own scatter is small beside it.
+  const CommonEdgeSigma sigma;
+  EXPECT_NEAR(depth_sigma(EdgeCue::kLimb) / by_share, sigma.by_limb_px / sigma.by_share_px, 0.5);
+  EXPECT_NEAR(depth_sigma(EdgeCue::kSlope) / by_share, sigma.by_slope_px / sigma.by_share_px, 1);
+  EXPECT_NEAR(depth_sigma(EdgeCue::kNone) / by_share, sigma.by_none_px / sigma.by_share_px, 2);
+}
+
 // What moves half a side turns it: the covariance must allow for that as for a shift of all of it.
 TEST_F(RefineTest, CovarianceCoversAShiftOfHalfASide) {
   const CylinderPose pose{{0, 0, 2}, Eigen::Vector3d(0.1, -1, 0.3).normalized()};

@@ -70,6 +70,14 @@ constexpr std::array kSizes{Size{1, 1},  Size{1, 9},   Size{9, 1},   Size{2, 2},
                             Size{63, 7}, Size{64, 33}, Size{65, 31}, Size{127, 5}, Size{101, 103}};
 constexpr std::array kFormats{PixelFormat::kBgr8, PixelFormat::kRgb8, PixelFormat::kGray8};
 
+std::vector<EdgePixel> not_located(std::vector<EdgePixel> edges) {
+  for (EdgePixel& edge : edges) {
+    edge.offset_256 = 0;
+    edge.cue = EdgeCue::kNone;
+  }
+  return edges;
+}
+
 TEST(SerialBackend, AgreesWithTheNaiveStagesOnAnySizeAndFormat) {
   std::mt19937 random(1);
   std::size_t edges = 0;
@@ -86,11 +94,7 @@ TEST(SerialBackend, AgreesWithTheNaiveStagesOnAnySizeAndFormat) {
         EXPECT_EQ(field.parts[i].mask.roi, view.bounds());
         EXPECT_EQ(field.parts[i].mask.pixels, naive.mask());
         EXPECT_EQ(field.parts[i].region, naive.region());
-        std::vector<EdgePixel> found = field.parts[i].edges;
-        for (EdgePixel& edge : found) {
-          edge.offset_256 = 0;
-          edge.cue = EdgeCue::kNone;
-        }
+        const std::vector<EdgePixel> found = not_located(field.parts[i].edges);
         EXPECT_EQ(found, naive.edges());
         edges += found.size();
         area += field.parts[i].region.m00;
@@ -114,11 +118,7 @@ TEST(SerialBackend, AgreesWithTheNaiveStagesInsideARegionAndWithOtherThresholds)
     const NaiveStages naive(image.view(), search, parts()[0], options);
     EXPECT_EQ(field.parts[0].mask.pixels, naive.mask());
     EXPECT_EQ(field.parts[0].region, naive.region());
-    std::vector<EdgePixel> found = field.parts[0].edges;
-    for (EdgePixel& edge : found) {
-      edge.offset_256 = 0;
-      edge.cue = EdgeCue::kNone;
-    }
+    const std::vector<EdgePixel> found = not_located(field.parts[0].edges);
     EXPECT_EQ(found, naive.edges());
   }
 }
