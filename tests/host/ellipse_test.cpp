@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <cylpose/curved_border.hpp>
 #include <cylpose/ellipse.hpp>
 #include <limits>
 #include <numbers>
@@ -123,6 +124,21 @@ TEST(RefineEllipse, UnbiasedAndItsSigmaIsTrue) {
   EXPECT_GT(normalised / kRuns, 0.8);
   EXPECT_LT(normalised / kRuns, 1.3);
   EXPECT_NEAR(mean_a, kShape.a, 0.02);
+}
+
+TEST(RefineEllipse, EdgesOfASmallEllipseLieInsideOfIt) {
+  const Shape small{{500, 400}, 12, 10, 0.3};
+  std::vector<EdgePoint> points;
+  for (int i = 0; i < 80; ++i) {
+    const double angle = 2 * kPi * i / 80;
+    const double along = std::hypot(small.a * std::sin(angle), small.b * std::cos(angle));
+    points.push_back(small.at(angle, -inward_shift_px(small.a * small.b / std::pow(along, 3))));
+  }
+  const auto start = fit_ellipse(positions(points));
+  ASSERT_TRUE(start);
+  const auto fitted = refine_ellipse(*start, points, {});
+  ASSERT_TRUE(fitted);
+  expect_shape(fitted->ellipse, small, 0.005);
 }
 
 TEST(RefineEllipse, OutliersDoNotPullAndWrongSidesDoNotCount) {
