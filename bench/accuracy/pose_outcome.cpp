@@ -118,7 +118,7 @@ cv::Mat picture_of(const PoseTrial& trial, const PictureOfTrial& picture) {
 }
 
 std::vector<Outcome> outcomes_of(const PoseTrial& trial, std::span<const Method> methods) {
-  const cv::Mat light = render(trial.scene);
+  const SceneLight light = render(trial.scene);
   const std::vector<ContourSample> contour = seen_contour(trial);
   std::vector<Outcome> outcomes;
   for (const PictureOfTrial& picture : trial.pictures) {

@@ -74,6 +74,7 @@ class PixelPlaces {
     shift_down_ = unit_interval(bits);
   }
 
+  [[nodiscard]] int count() const { return lattice_.points; }
   [[nodiscard]] double right(int i) const { return place(i, shift_right_); }
   [[nodiscard]] double down(int i) const { return place(i * lattice_.generator % lattice_.points, shift_down_); }
 
@@ -104,9 +105,10 @@ const Lattice& lattice_for(const cv::Mat& surfaces, int x, int y) {
 }
 
 // The mean of `probe` over every pixel. A probe takes a ray and gives {value, surface}; Value is a Sum of less
-// precision.
-template <typename Value, typename Sum, typename Rays, typename Probe>
-cv::Mat integrate(const CameraModel& camera, const Rays& rays, const Probe& probe) {
+// precision. `mixed` is told of every pixel that an edge may cross: (x, y, places in it, values there, their mean);
+// from several threads, but of the pixels of a row from one.
+template <typename Value, typename Sum, typename Rays, typename Probe, typename Mixed>
+cv::Mat integrate(const CameraModel& camera, const Rays& rays, const Probe& probe, const Mixed& mixed) {
   cv::Mat_<Value> image(camera.height, camera.width);
   cv::Mat surfaces(camera.height, camera.width, CV_32SC1);
   const cv::Range all_rows(0, camera.height);
@@ -120,29 +122,48 @@ cv::Mat integrate(const CameraModel& camera, const Rays& rays, const Probe& prob
     }
   });
   cv::parallel_for_(all_rows, [&](const cv::Range& rows) {
+    std::vector<Sum> values;
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < camera.width; ++x) {
         const Lattice& lattice = lattice_for(surfaces, x, y);
         if (lattice.points == 1) continue;
         const PixelPlaces places(lattice, x, y);
+        values.clear();
         Sum sum{};
         for (int i = 0; i < lattice.points; ++i) {
-          sum += probe(rays.at(x, y, places.right(i), places.down(i))).first;
+          values.push_back(probe(rays.at(x, y, places.right(i), places.down(i))).first);
+          sum += values.back();
         }
-        image(y, x) = static_cast<Value>(sum * (1.0 / lattice.points));
+        const Sum mean = sum * (1.0 / lattice.points);
+        image(y, x) = static_cast<Value>(mean);
+        mixed(x, y, places, values, mean);
       }
     }
   });
   return image;
 }
 
-template <typename Value, typename Sum, typename Probe>
-cv::Mat integrate(const CameraModel& camera, const Probe& probe) {
+template <typename Value, typename Sum, typename Probe, typename Mixed>
+cv::Mat integrate(const CameraModel& camera, const Probe& probe, const Mixed& mixed) {
   const bool distorts =
       camera.distortion_model != DistortionModel::kNone &&
       std::any_of(camera.distortion.begin(), camera.distortion.end(), [](double k) { return k != 0; });
-  if (distorts) return integrate<Value, Sum>(camera, LensRays(camera), probe);
-  return integrate<Value, Sum>(camera, PinholeRays(camera), probe);
+  if (distorts) return integrate<Value, Sum>(camera, LensRays(camera), probe, mixed);
+  return integrate<Value, Sum>(camera, PinholeRays(camera), probe, mixed);
+}
+
+MixedPixel divided(int x, int y, const PixelPlaces& places, const std::vector<cv::Vec3d>& lights,
+                   const cv::Vec3d& mean) {
+  const auto cell_of = [](double place) {
+    return std::min(MixedPixel::kCells - 1, static_cast<int>((place + 0.5) * MixedPixel::kCells));
+  };
+  MixedPixel pixel{x, y, {}};
+  for (int i = 0; i < places.count(); ++i) {
+    const int cell = cell_of(places.down(i)) * MixedPixel::kCells + cell_of(places.right(i));
+    pixel.excess[static_cast<std::size_t>(cell)] +=
+        cv::Vec3f((lights[static_cast<std::size_t>(i)] - mean) * (1.0 / places.count()));
+  }
+  return pixel;
 }
 
 void require_camera(const CameraModel& camera) {
@@ -152,13 +173,25 @@ void require_camera(const CameraModel& camera) {
 
 }  // namespace
 
-cv::Mat render(const Scene& scene) {
+SceneLight::SceneLight(cv::Mat light, std::vector<MixedPixel> unevenly_lit)
+    : pixels(std::move(light)), mixed(std::move(unevenly_lit)) {}
+
+SceneLight render(const Scene& scene) {
   require_camera(scene.camera);
   const SceneTracer tracer(scene);
-  return integrate<cv::Vec3f, cv::Vec3d>(scene.camera, [&](const Eigen::Vector2d& ray) {
-    const LightSample sample = tracer.light_along(ray);
-    return std::pair(cv::Vec3d(sample.light.z(), sample.light.y(), sample.light.x()), sample.surface);
-  });
+  std::vector<std::vector<MixedPixel>> mixed_of_row(static_cast<std::size_t>(scene.camera.height));
+  cv::Mat pixels = integrate<cv::Vec3f, cv::Vec3d>(
+      scene.camera,
+      [&](const Eigen::Vector2d& ray) {
+        const LightSample sample = tracer.light_along(ray);
+        return std::pair(cv::Vec3d(sample.light.z(), sample.light.y(), sample.light.x()), sample.surface);
+      },
+      [&](int x, int y, const PixelPlaces& places, const std::vector<cv::Vec3d>& lights, const cv::Vec3d& mean) {
+        mixed_of_row[static_cast<std::size_t>(y)].push_back(divided(x, y, places, lights, mean));
+      });
+  std::vector<MixedPixel> mixed;
+  for (const auto& row : mixed_of_row) mixed.insert(mixed.end(), row.begin(), row.end());
+  return {std::move(pixels), std::move(mixed)};
 }
 
 cv::Mat render_coverage(const Scene& scene, std::size_t part) {
@@ -168,10 +201,13 @@ cv::Mat render_coverage(const Scene& scene, std::size_t part) {
                                        std::to_string(scene.parts.size()) + ", counted from 0");
   }
   const SceneTracer tracer(scene);
-  return integrate<float, double>(scene.camera, [&](const Eigen::Vector2d& ray) {
-    const bool seen = tracer.solid_along(ray) == part;
-    return std::pair(seen ? 1.0 : 0.0, seen ? kPartBit : 0U);
-  });
+  return integrate<float, double>(
+      scene.camera,
+      [&](const Eigen::Vector2d& ray) {
+        const bool seen = tracer.solid_along(ray) == part;
+        return std::pair(seen ? 1.0 : 0.0, seen ? kPartBit : 0U);
+      },
+      [](const auto&...) {});
 }
 
 cv::Mat truth_mask(const Scene& scene, std::size_t part) {

@@ -92,7 +92,7 @@ TEST(Degrade, BlurConservesLight) {
 TEST(Degrade, BlurHasItsSigma) {
   for (const double sigma : {0.6, 2.0}) {
     const cv::Mat blurred = degrade(step_light(60, 20, 30, 1), {sigma, 0, Transfer::kLinear, 1});
-    // The step's derivative is the kernel: its variance is sigma^2.
+    // The step's derivative is the kernel between two squares: evenly lit pixels and those that gather the light.
     double mean = 0;
     double square = 0;
     for (int x = 1; x < 60; ++x) {
@@ -101,7 +101,7 @@ TEST(Degrade, BlurHasItsSigma) {
       square += rise * x * x;
     }
     EXPECT_NEAR(mean, 30, 0.01);
-    EXPECT_NEAR(std::sqrt(square - mean * mean), sigma, 0.02 * sigma);
+    EXPECT_NEAR(std::sqrt(square - mean * mean - 2.0 / 12), sigma, 0.02 * sigma);
   }
 }
 
@@ -139,7 +139,7 @@ TEST(Degrade, BytesAreTheSameEverywhere) {
   scene.lighting = {};
   scene.background = {TextureKind::kNoise, {0.1, 0.2, 0.3}, {0.6, 0.5, 0.4}, 0.1, 3};
   scene.parts[0].material.specular = 0.2;
-  EXPECT_EQ(fnv1a(degrade(render(scene), {0.6, 1.5, Transfer::kSrgb, 42})), 3766315685522086938ULL);
+  EXPECT_EQ(fnv1a(degrade(render(scene), {0.6, 1.5, Transfer::kSrgb, 42})), 14744471071925567294ULL);
 }
 
 TEST(Degrade, RefusesWhatCannotBe) {

@@ -143,7 +143,7 @@ TEST(Render, BordersMixInLinearLight) {
   Scene scene = white_on_black(various_poses()[1]);
   scene.parts[0].material = plain({0.1, 0.5, 0.9});
   scene.background.color = {0.8, 0.2, 0.4};
-  const cv::Mat light = render(scene);
+  const cv::Mat light = render(scene).pixels;
   const cv::Mat coverage = render_coverage(scene, 0);
   ASSERT_EQ(light.type(), CV_32FC3);
   int mixed = 0;
@@ -173,7 +173,7 @@ Scene wall_scene() {
 
 TEST(Render, LambertsLaw) {
   // The light comes with a cosine of 4/5.
-  EXPECT_NEAR(render(wall_scene()).at<cv::Vec3f>(50, 70)[1], 0.5 * (0.2 + 0.6 * 0.8), 1e-6);
+  EXPECT_NEAR(render(wall_scene()).pixels.at<cv::Vec3f>(50, 70)[1], 0.5 * (0.2 + 0.6 * 0.8), 1e-6);
 }
 
 // Oren and Nayar: seen along the light a rough surface is brighter at its limb than Lambert's law has it, and darker
@@ -181,9 +181,9 @@ TEST(Render, LambertsLaw) {
 TEST(Render, RoughSurfacesAreFlatter) {
   Scene scene = white_on_black({{0, 0, 1}, Eigen::Vector3d::UnitY()});
   scene.lighting = {0, 1, {0, 0, -1}, true, false};
-  const cv::Mat smooth = render(scene);
+  const cv::Mat smooth = render(scene).pixels;
   scene.parts[0].material.roughness_rad = 0.5;
-  const cv::Mat rough = render(scene);
+  const cv::Mat rough = render(scene).pixels;
   const auto ratio = [&](int x) { return rough.at<cv::Vec3f>(119, x)[0] / smooth.at<cv::Vec3f>(119, x)[0]; };
   const double a = 1 - 0.5 * 0.25 / (0.25 + 0.33);
   const double b = 0.45 * 0.25 / (0.25 + 0.09);
@@ -198,7 +198,7 @@ TEST(Render, HighlightWhereTheSurfaceMirrorsTheLight) {
   scene.lighting.light_in_cam = {0, 0, -1};
   scene.others[0].material.specular = 0.5;
   scene.others[0].material.exponent = 400;
-  const cv::Mat light = render(scene);
+  const cv::Mat light = render(scene).pixels;
   const double diffuse = 0.5 * (0.2 + 0.6);
   EXPECT_NEAR(light.at<cv::Vec3f>(119, 161)[1], diffuse + 0.6 * 0.5, 0.01);
   EXPECT_NEAR(light.at<cv::Vec3f>(5, 5)[1], diffuse, 0.01);
@@ -211,9 +211,9 @@ TEST(Render, HardShadowsAreAChoice) {
   const int shadow_row = static_cast<int>(scene.camera.cy);
   const int shadow_column = static_cast<int>(scene.camera.cx);
   const double lit = 0.5 * (0.2 + 0.6 * 0.8);
-  EXPECT_NEAR(render(scene).at<cv::Vec3f>(shadow_row, shadow_column)[1], lit, 1e-6);
+  EXPECT_NEAR(render(scene).pixels.at<cv::Vec3f>(shadow_row, shadow_column)[1], lit, 1e-6);
   scene.lighting.hard_shadows = true;
-  const cv::Mat light = render(scene);
+  const cv::Mat light = render(scene).pixels;
   EXPECT_NEAR(light.at<cv::Vec3f>(shadow_row, shadow_column)[1], 0.5 * 0.2, 1e-6);
   EXPECT_NEAR(light.at<cv::Vec3f>(shadow_row + 60, shadow_column)[1], lit, 1e-6);
 }
@@ -222,7 +222,7 @@ TEST(Render, PointLightShinesFromItsPlace) {
   Scene scene = wall_scene();
   scene.lighting.at_infinity = false;
   scene.lighting.light_in_cam = {0, 0, 1};
-  const cv::Mat light = render(scene);
+  const cv::Mat light = render(scene).pixels;
   const auto cosine_at = [&](int x) {
     const double offset = 2 * (x - scene.camera.cx) / scene.camera.fx;
     const double down = 2 * (119 - scene.camera.cy) / scene.camera.fy;
@@ -237,7 +237,7 @@ TEST(Render, CheckerHasItsMeanOnTheLineBetweenSquares) {
   Scene scene = wall_scene();
   scene.lighting = flat_light();
   scene.others[0].material.texture = {TextureKind::kChecker, {0.2, 0.2, 0.2}, {0.8, 0.8, 0.8}, 0.3, 0};
-  const cv::Mat light = render(scene);
+  const cv::Mat light = render(scene).pixels;
   // x = 0 lies at column 161.3: 0.8 of that pixel (160.5 to 161.5) is left of it.
   const float left = light.at<cv::Vec3f>(130, 150)[1];
   const float right = light.at<cv::Vec3f>(130, 170)[1];

@@ -1,21 +1,39 @@
-// Pictures of synthetic scenes with exact truth: first the light that falls on every pixel, then, as a step of its own,
+// Pictures of synthetic scenes with exact truth: first the light that comes to the camera, then, as a step of its own,
 // what lens and sensor make of it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cylpose/scene.hpp>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <vector>
 
 namespace cylpose {
 
-/// The light on every pixel: CV_32FC3, channels B G R, linear, not limited to 1. A pixel is the mean over its square
-/// [x - 0.5, x + 0.5) x [y - 0.5, y + 0.5), its centre (x, y); the lens distortion of the camera is honoured.
-/// Pixels at the border of a part are integrated with a shifted lattice of 233 rays, so that the border's place has no
-/// bias and errs by about 0.003 px in one pixel; at other edges 34 rays do; elsewhere the ray through the centre.
-/// Throws Error(kInput) for a camera or part that cannot be.
-[[nodiscard]] cv::Mat render(const Scene& scene);
+/// A pixel in which more than one surface is seen, divided into kCells x kCells cells, row by row.
+struct MixedPixel {
+  static constexpr int kCells = 4;
+  int x = 0;
+  int y = 0;
+  /// Each cell's part of the pixel's light less its share in an evenly lit pixel (B G R); the sum is zero.
+  std::array<cv::Vec3f, kCells* kCells> excess = {};
+};
+
+/// Light as it comes to a camera, before the lens has blurred it.
+struct SceneLight {
+  SceneLight(cv::Mat light, std::vector<MixedPixel> unevenly_lit = {});  // NOLINT(google-explicit-constructor)
+
+  cv::Mat pixels;                 ///< mean over each pixel: CV_32FC3, B G R, linear, not limited to 1
+  std::vector<MixedPixel> mixed;  ///< the others are lit evenly
+};
+
+/// A pixel is the square [x - 0.5, x + 0.5) x [y - 0.5, y + 0.5), its centre (x, y); the lens distortion of the camera
+/// is honoured. Pixels at the border of a part are integrated with a shifted lattice of 233 rays, so that the border's
+/// place has no bias and errs by about 0.003 px in one pixel; at other edges 34 rays do; elsewhere the ray through the
+/// centre. Throws Error(kInput) for a camera or part that cannot be.
+[[nodiscard]] SceneLight render(const Scene& scene);
 
 /// Share of every pixel, 0..1, in which the part (an index into `scene.parts`) is what the camera sees: CV_32FC1.
 [[nodiscard]] cv::Mat render_coverage(const Scene& scene, std::size_t part);
@@ -60,10 +78,10 @@ struct DegradeOptions {
   [[nodiscard]] bool is_valid(std::string* why) const;
 };
 
-/// The picture that a camera delivers: blurred in linear light, coded, noisy, rounded and cut to 0..255; then sharpened
-/// and its chroma subsampled, where asked for. CV_8UC3, B G R. The same light and options give the same bytes with
-/// every compiler and standard library. Throws Error(kInput) for options out of range or a picture that render() does
-/// not make.
-[[nodiscard]] cv::Mat degrade(const cv::Mat& light, const DegradeOptions& options);
+/// The picture that a camera delivers: blurred in linear light before the pixels gather it, coded, noisy, rounded and
+/// cut to 0..255; then sharpened and its chroma subsampled, where asked for. CV_8UC3, B G R. The same light and options
+/// give the same bytes with every compiler and standard library. Throws Error(kInput) for options out of range or a
+/// picture that render() does not make.
+[[nodiscard]] cv::Mat degrade(const SceneLight& light, const DegradeOptions& options);
 
 }  // namespace cylpose
