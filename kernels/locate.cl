@@ -17,7 +17,8 @@
 #define CYL_FARTHEST 6
 #define CYL_ROOT_BITS 8  // by which light is shifted before its root is taken
 #define CYL_NOT_FOUND INT_MIN
-#define CYL_BY_SHARE 1  // EdgeCue
+#define CYL_BY_NOTHING 0  // EdgeCue
+#define CYL_BY_SHARE 1
 #define CYL_BY_LIMB 2
 #define CYL_BY_SLOPE 3
 
@@ -205,6 +206,14 @@ static Outside outside_of(Profile* profile, Light channel, int border, bool mirr
   return result;
 }
 
+// Whether the channel that tells outside from part stands a third as high on the part's side of a border, whose surroundings
+// were read: something else begins there.
+static bool is_thin(const Profile* profile, Light channel, int border) {
+  const int inside = level_at(profile, channel, border + 3) + level_at(profile, channel, border + 4);
+  const int outside = level_at(profile, channel, border - 3) + level_at(profile, channel, border - 4);
+  return 3L * abs(inside) > outside;
+}
+
 // A place on the line as an offset along the gradient; CYL_NOT_FOUND out of reach.
 static int offset_of(const Line* line, int crossing) {
   const int offset = (int)rounded_quotient((long)crossing * line->cosine, CYL_UNIT);
@@ -268,7 +277,7 @@ typedef struct {
 } Place;
 
 static Place place_by_limb(Profile* profile, Light channel) {
-  const Place none = {0, 0};
+  const Place none = {0, CYL_BY_NOTHING};
   const Line* line = &profile->lines->middle;
   const int reach = pixels_along(line, CYL_REACH);
   read_up_to(profile, -reach - 2, reach + 1);
@@ -294,7 +303,7 @@ static Place place_by_limb(Profile* profile, Light channel) {
 }
 
 static Place place_by_share(Profile* profile, Light part) {
-  const Place not_found = {CYL_NOT_FOUND, 0};
+  const Place not_found = {CYL_NOT_FOUND, CYL_BY_NOTHING};
   const Line* line = &profile->lines->middle;
   const int outermost = -pixels_along(line, CYL_OUTWARD) - CYL_BACKGROUND_PIXELS;
   WideLight outside = {0, 0, 0};
@@ -321,6 +330,10 @@ static Place place_by_share(Profile* profile, Light part) {
   const Outside share = outside_of(profile, channel, middle, true);
   const long even = 25;  // times the spread must not be above the height
   if (even * share.spread > share.height) {
+    if (is_thin(profile, channel, middle)) {
+      const Place not_sure = {place.offset, CYL_BY_NOTHING};
+      return not_sure;
+    }
     const Light turned = narrowed(perpendicular(color, outside));
     const Outside part = outside_of(profile, turned, middle, false);
     if (2L * part.spread * share.height <= (long)share.spread * part.height) return place_by_limb(profile, turned);
@@ -350,7 +363,7 @@ CYL_KERNEL void locate_edges(const global uchar* image, const KernelFrame frame,
     read_up_to(&profile, profile.first, CYL_FARTHEST);  // enough for most edges
     const bool has_color = (color.r | color.g | color.b) != 0;
     const Light white = {CYL_UNIT, CYL_UNIT, CYL_UNIT};
-    Place place = {CYL_NOT_FOUND, 0};
+    Place place = {CYL_NOT_FOUND, CYL_BY_NOTHING};
     if (has_color) place = place_by_share(&profile, color);
     if (place.offset == CYL_NOT_FOUND) place = place_by_limb(&profile, has_color ? color : white);
     edges[i].offset_256 = (short)place.offset;

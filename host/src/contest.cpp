@@ -260,7 +260,8 @@ bool Contest::shows_sides() const {
 bool Contest::is_decided() const {
   const Solution* first = leader();
   // A rim alone may tilt either way.
-  return first != nullptr && is_ok(*first) && !first->shows_a_rim && first->rating > kClearlyRight;
+  return first != nullptr && is_ok(*first) && !first->shows_a_rim && !first->leaves_things &&
+         first->rating > kClearlyRight;
 }
 
 // The leader; but of what explains the edges about as well, the view of a base alone, whose covariance covers all that
@@ -286,6 +287,17 @@ const Solution* Contest::preferred() const {
   return chosen;
 }
 
+// Where a base alone explains the edges as well as a pose beside it, but too little of it is seen to be believed, the
+// rest of that pose's outline is no more than what a few edges happen to fit.
+std::optional<std::string> Contest::base_alone_instead_of(const Solution& chosen, double sigma_px) const {
+  if (chosen.is_end_on) return std::nullopt;
+  const auto base = std::ranges::find_if(solutions_, [&](const Solution& other) {
+    return other.is_end_on && !is_ok(other) && is_one_answer(chosen, other) &&
+           judge_.evidence(chosen, other, sigma_px) < options_.check.min_evidence;
+  });
+  return base == solutions_.end() ? std::nullopt : std::optional(base->estimate.reason);
+}
+
 void Contest::dismiss_other_things() {
   std::vector<CylinderPose> telling;
   for (const Solution& solution : solutions_) {
@@ -303,6 +315,7 @@ PoseEstimate Contest::verdict() const {
   const Solution& chosen = *preferred();
   const double sigma_px = edge_sigma_px();
   if (!is_ok(chosen)) return no_pose(chosen.estimate.reason);
+  if (const auto why = base_alone_instead_of(chosen, sigma_px)) return no_pose(*why);
   PoseEstimate estimate = chosen.estimate;
   Eigen::Matrix<double, 6, 1> widest = Eigen::Matrix<double, 6, 1>::Zero();  // of undecided differences
   for (const Solution& other : solutions_) {

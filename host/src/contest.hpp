@@ -9,6 +9,7 @@
 #include <cylpose/pose_solver.hpp>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "solution.hpp"
@@ -62,6 +63,7 @@ class Contest {
   [[nodiscard]] bool may_lie_midway(const Solution& a, const Solution& b) const;
   [[nodiscard]] const Solution* leader() const;
   [[nodiscard]] const Solution* preferred() const;
+  [[nodiscard]] std::optional<std::string> base_alone_instead_of(const Solution& chosen, double sigma_px) const;
   [[nodiscard]] bool is_hopeless(const CoarsePose& coarse) const;
   void finish(const CoarsePose& coarse);  // refines it unless that was done
 

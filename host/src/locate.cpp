@@ -281,6 +281,20 @@ Outside outside_of(const Profile& profile, const Light& channel, int border, boo
   return {highest - lowest, height};
 }
 
+// Whether the channel that tells outside from part stands a third as high on the part's side of a border, where the
+// filter looks: something else begins there, and the sums are zero beside the border.
+bool is_thin(const Profile& profile, const Light& channel, int border) {
+  constexpr int kFirst = 3;  // pixels from the border, as far as the filter's outer weights
+  constexpr int kLast = 4;
+  std::int64_t inside = 0;
+  std::int64_t outside = 0;
+  for (int k = kFirst; k <= kLast; ++k) {
+    inside += level(profile[border + k], channel);
+    outside += level(profile[border - k], channel);
+  }
+  return 3 * std::abs(inside) > outside;
+}
+
 // Whether the light inside of a slope goes on to rise, by a third of what it is and straighter than toward any limb:
 // there is a terminator inside of the border. (The square root of the depth rises by 0.9 and 0.6 from 1.5 to 4.5
 // and 7.5.)
@@ -377,6 +391,7 @@ std::optional<Place> place_by_share(const Profile& profile, const Line& line, co
   const Outside share = outside_of(profile, channel, middle, true);
   constexpr int kEven = 25;  // times the spread must not be above the height: a fifth of one pixel's level
   if (kEven * share.spread > share.height) {
+    if (is_thin(profile, channel, middle)) return Place{line.to_normal(*border), EdgeCue::kNone};
     const Light turned = narrowed(perpendicular(color, outside));
     const Outside part = outside_of(profile, turned, middle, false);
     // Twice as even, or shading costs more than it saves.

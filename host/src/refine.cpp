@@ -27,6 +27,10 @@ constexpr double kConvergedSigmas = 0.05;
 
 // Neighbours whose errors may go together: 24 px of the outline, some blurs and the size of fine textures.
 constexpr std::size_t kStationsOfBlock = 8;
+// What points have in common counts in full on so many of them. Where it comes from a piece's ends (corners, things in
+// front), it averages out over longer ones, but for a part that all of them share.
+constexpr double kPointsInCommon = 24;
+constexpr double kSharedByAll = 0.25;
 // So few blocks scatter by chance, but hardly by more than this factor.
 constexpr double kClumpedAbove = 2;
 
@@ -102,9 +106,15 @@ struct SideSums {
 
 class Refinement {
  public:
-  Refinement(const CameraModel& camera, const PartModel& part, const CylinderPose& start,
+  Refinement(const CameraModel& camera, const PartModel& part, const CylinderPose& start, const RefineOptions& options,
              std::optional<OutlinePiece> without = std::nullopt)
-      : camera_(camera), part_(part), start_(start), without_(without), pose_(start), basis_(start.axis_in_cam) {}
+      : camera_(camera),
+        part_(part),
+        options_(options),
+        start_(start),
+        without_(without),
+        pose_(start),
+        basis_(start.axis_in_cam) {}
 
   // Matches the points with the outline of the pose reached so far. False when there is too little to go on.
   bool match(std::span<const EdgePoint> points, double gate_px) {
@@ -161,13 +171,13 @@ class Refinement {
   }
 
   // What the last match saw; the moves since then were too small to see.
-  [[nodiscard]] RefinedPose result(const RefineOptions& options) const {
+  [[nodiscard]] RefinedPose result() const {
     std::vector<std::size_t> stations;
     stations.reserve(matched_.size());
     for (const OutlineMatch& match : matched_) stations.push_back(outline_->station_of(match));
     RefinedPose refined;
     refined.pose = pose_;
-    refined.covariance = covariance(options, stations);
+    refined.covariance = covariance(stations);
     refined.support = static_cast<int>(matched_.size());
     measure_residuals(refined);
     count_seen(refined, stations);
@@ -183,11 +193,13 @@ class Refinement {
     return std::max(kMinEdgeSigmaPx, robust_sigma(distances_));
   }
 
-  // Cauchy's, by distance.
-  [[nodiscard]] auto cauchy_weight() const {
-    return [per_scale = 1 / (kCauchyScale * sigma_px_)](double distance_px) {
-      const double scaled = distance_px * per_scale;
-      return 1 / (1 + scaled * scaled);
+  // A point's share in the scatter of its place, which is the points' scatter and what its cue may err; by its distance
+  // in that, Cauchy's.
+  [[nodiscard]] auto weight_of_match() const {
+    return [this, per_sigma = 1 / sigma_px_](const OutlineMatch& match) {
+      const double common = options_.common_edge_sigma.of(match.cue) * per_sigma;
+      const double scaled = match.distance_px * per_sigma / kCauchyScale;
+      return 1 / (1 + common * common + scaled * scaled);
     };
   }
 
@@ -208,13 +220,13 @@ class Refinement {
   }
 
   [[nodiscard]] RoundProblem weighted() const {
-    const auto weight_at = cauchy_weight();
+    const auto weight_of = weight_of_match();
     RoundProblem problem;
     problem.of_piece.fill(Matrix5d::Zero());
     std::array<SideSums, 2> sides;
     std::size_t row = 0;
     for (const OutlineMatch& match : matched_) {
-      const double weight = weight_at(match.distance_px);
+      const double weight = weight_of(match);
       if (is_side(match.piece)) {
         sides[match.piece].add(weight, match);
       } else {
@@ -245,8 +257,7 @@ class Refinement {
     pose_.axis_in_cam = (pose_.axis_in_cam + rotation.cross(pose_.axis_in_cam)).normalized();
   }
 
-  [[nodiscard]] Eigen::Matrix<double, 6, 6> covariance(const RefineOptions& options,
-                                                       std::span<const std::size_t> stations) const {
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> covariance(std::span<const std::size_t> stations) const {
     const Matrix5d inverse = problem_.normal.ldlt().solve(Matrix5d::Identity());
     const std::array<PieceScatter, kOutlinePieces> scatters = scatter_of_pieces(stations);
     // The prior's share, and of every piece what its points' scatter makes of its share.
@@ -255,11 +266,12 @@ class Refinement {
       scatter += (scatters[piece].variance - sigma_px_ * sigma_px_) * problem_.of_piece[piece];
     }
     Matrix5d covariance = inverse * scatter * inverse;
-    const PullsOfHalves pulls = pulls_of_halves(options.common_edge_sigma);
+    const PullsOfHalves pulls = pulls_of_halves();
     for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
-      const double clumped_px = options.common_edge_share * std::sqrt(scatters[piece].clumped);
+      const double clumped_px = options_.common_edge_share * std::sqrt(scatters[piece].clumped);
       for (const PullOfHalf& half : pulls[piece]) {
-        for (const Vector5d& pull : {half.by_cues, Vector5d(clumped_px * half.per_px)}) {
+        const double in_common = std::hypot(kSharedByAll, kPointsInCommon / std::max(1, half.points));
+        for (const Vector5d& pull : {Vector5d(in_common * half.by_cues), Vector5d(clumped_px * half.per_px)}) {
           const Vector5d moved = inverse * pull;
           covariance += moved * moved.transpose();
         }
@@ -276,17 +288,18 @@ class Refinement {
 
   // How a common shift of all points of half a piece pulls the pose.
   struct PullOfHalf {
+    int points = 0;
     Vector5d per_px = Vector5d::Zero();
     Vector5d by_cues = Vector5d::Zero();  // where each point is shifted by the common sigma of its cue
   };
   using PullsOfHalves = std::array<std::array<PullOfHalf, 2>, kOutlinePieces>;
 
-  [[nodiscard]] PullsOfHalves pulls_of_halves(const CommonEdgeSigma& sigma) const {
+  [[nodiscard]] PullsOfHalves pulls_of_halves() const {
     PullsOfHalves pulls;
-    const auto weight_at = cauchy_weight();
+    const auto weight_of = weight_of_match();
     std::size_t row = 0;
     for (const OutlineMatch& match : matched_) {
-      const double weight = weight_at(match.distance_px);
+      const double weight = weight_of(match);
       Vector5d by_pose;
       if (is_side(match.piece)) {
         const auto& [from, to] = at_side_ends_[match.piece];
@@ -295,8 +308,9 @@ class Refinement {
         by_pose = on_bases_[row++];
       }
       PullOfHalf& half = pulls[match.piece][outline_->share_of(match) < 0.5 ? 0 : 1];
+      ++half.points;
       half.per_px += weight * by_pose;
-      half.by_cues += weight * sigma.of(match.cue) * by_pose;
+      half.by_cues += weight * options_.common_edge_sigma.of(match.cue) * by_pose;
     }
     return pulls;
   }
@@ -315,10 +329,10 @@ class Refinement {
     std::vector<double> sums(kOutlinePieces * blocks);  // piece after piece
     std::array<double, kOutlinePieces> weights{};
     std::array<double, kOutlinePieces> squares_of_points{};
-    const auto weight_at = cauchy_weight();
+    const auto weight_of = weight_of_match();
     for (std::size_t i = 0; i < matched_.size(); ++i) {
       const OutlineMatch& match = matched_[i];
-      const double weight = weight_at(match.distance_px);
+      const double weight = weight_of(match);
       const double weighted = weight * match.distance_px;
       sums[match.piece * blocks + stations[i] / kStationsOfBlock] += weighted;
       weights[match.piece] += weight;
@@ -378,6 +392,7 @@ class Refinement {
 
   const CameraModel& camera_;
   const PartModel& part_;
+  const RefineOptions& options_;
   CylinderPose start_;
   std::optional<OutlinePiece> without_;
   CylinderPose pose_;
@@ -407,7 +422,7 @@ bool RefineOptions::is_valid(std::string* why) const {
 
 std::optional<CoarsePose> refine_coarsely(const CameraModel& camera, const PartModel& part, const CylinderPose& start,
                                           std::span<const EdgePoint> points, const RefineOptions& options) {
-  Refinement refinement(camera, part, start);
+  Refinement refinement(camera, part, start, options);
   double gate_px = options.first_gate_px;
   for (int round = 0; round < options.rounds; ++round) {
     if (!refinement.match(points, gate_px)) return std::nullopt;
@@ -422,7 +437,7 @@ std::optional<CoarsePose> refine_coarsely(const CameraModel& camera, const PartM
 std::optional<RefinedPose> refine_finely(const CameraModel& camera, const PartModel& part, const CylinderPose& start,
                                          std::span<const EdgePoint> points, const RefineOptions& options,
                                          std::optional<OutlinePiece> without) {
-  Refinement refinement(camera, part, start, without);
+  Refinement refinement(camera, part, start, options, without);
   for (int round = 0; round < kRoundsWithAll; ++round) {
     if (!refinement.match(points, options.final_gate_px)) return std::nullopt;
     const auto moved_px = refinement.step();
@@ -432,7 +447,7 @@ std::optional<RefinedPose> refine_finely(const CameraModel& camera, const PartMo
   }
   if (!refinement.step()) return std::nullopt;
   refinement.follow_linearly();
-  return refinement.result(options);
+  return refinement.result();
 }
 
 std::optional<RefinedPose> refine(const CameraModel& camera, const PartModel& part, const CylinderPose& start,

@@ -31,6 +31,12 @@ constexpr double kMaxElsewhereAtAll = 2;
 constexpr double kUnseenWeight = 0.25;
 // A lone base whose points err by more than this multiple of what the sides' points do is an occluder's edge.
 constexpr double kMaxLoneBaseOfSides = 1.5;
+// An outline of which more is seen is no part of something larger.
+constexpr double kWhole = 0.95;
+// Of a base that is all that shows: less leaves its size open where the edges fit badly.
+constexpr double kWholeRim = 0.9;
+// And so is one that makes the sides fit worse by more than this: it tilts the pose.
+constexpr double kMaxSidesWithLoneBase = 1.5;
 // A rating above this needs all of the outline, seen and well explained: nothing else looks like that.
 constexpr double kClearlyRight = 0.85;
 // A base whose rim is more than this share of the outline: the view is along the axis, the sides are short.
@@ -63,17 +69,18 @@ double side_seen_in_widths(const CameraModel& camera, const PartModel& part, con
   return least_px / width_px(camera, part, refined.pose);
 }
 
-// Whether what is seen of an outline is neither a box's nor a ball's: a rim that bulges, and of both sides more than
-// the touch of a rim.
+// Whether what is seen of an outline is neither a box's nor a ball's: both ends and long sides, whose proportions no
+// box shares but by chance, or a rim that bulges, and of both sides more than the touch of a rim.
 bool is_telling(const Outline& outline, const RefinedPose& refined, double side_seen_px, double width_px) {
   constexpr double kMinSidePx = 8;
   constexpr double kMinSideOfWidth = 0.125;
   constexpr double kMinBulgePx = 2;
   constexpr double kMinRimSeen = 0.5;
   if (side_seen_px < std::max(kMinSidePx, kMinSideOfWidth * width_px)) return false;
-  return std::ranges::any_of(std::array{std::size_t{0}, std::size_t{1}}, [&](std::size_t base) {
-    return refined.piece_seen[kBase0 + base] >= kMinRimSeen && outline.bulge_px(base) >= kMinBulgePx;
-  });
+  const auto is_seen = [&](std::size_t base) { return refined.piece_seen[kBase0 + base] >= kMinRimSeen; };
+  if (side_seen_px > width_px && is_seen(0) && is_seen(1)) return true;
+  return std::ranges::any_of(std::array{std::size_t{0}, std::size_t{1}},
+                             [&](std::size_t base) { return is_seen(base) && outline.bulge_px(base) >= kMinBulgePx; });
 }
 
 // The base whose rim is most of the outline, if any.
@@ -84,10 +91,13 @@ std::optional<std::size_t> main_rim(const RefinedPose& refined, int stations) {
   return std::nullopt;
 }
 
+double sides_rms_px(const RefinedPose& refined) {
+  return std::max(refined.piece_rms_px[kSide0], refined.piece_rms_px[kSide1]);
+}
+
 // How far the points of a base may lie from it, root mean square in pixels, where the other base is hidden.
 double lone_base_limit_px(const CheckOptions& check, const RefinedPose& refined) {
-  const double sides_rms_px = std::max(refined.piece_rms_px[kSide0], refined.piece_rms_px[kSide1]);
-  return std::max(check.max_lone_base_rms_px, kMaxLoneBaseOfSides * sides_rms_px);
+  return std::max(check.max_lone_base_rms_px, kMaxLoneBaseOfSides * sides_rms_px(refined));
 }
 
 // The base, if any, whose points are likely an occluder's edge beside it: part of it is seen, and fits far worse than
@@ -120,6 +130,12 @@ bool is_blob(const CameraModel& camera, const PartModel& part, const CylinderPos
   const Eigen::Vector2d length_px =
       ideal_pixel(camera, pose.center_in_cam + half) - ideal_pixel(camera, pose.center_in_cam - half);
   return length_px.norm() < kMaxLengthOfWidth * width_px(camera, part, pose);
+}
+
+// The distance of a judging point in the scatter of its place, as pixels of one whose place is known well.
+double judged_px(const CommonEdgeSigma& sigma, double distance_px, EdgeCue cue) {
+  constexpr double kUsualScatterPx = 0.1;
+  return distance_px / std::hypot(1.0, sigma.of(cue) / kUsualScatterPx);
 }
 
 void fail(PoseEstimate& estimate, std::string reason) {
@@ -229,8 +245,14 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
     const std::size_t other_base = kBase0 + kBase1 - lone_base;
     if (refined->piece_seen[other_base] >= options_.check.min_side_seen) continue;
     const double rms_px = refined->piece_rms_px[lone_base];
-    if (rms_px > lone_base_limit_px(options_.check, *refined)) {
+    const auto by_sides =
+        refine_finely(camera_, part_, refined->pose, points_, options_.refine, static_cast<OutlinePiece>(lone_base));
+    if (rms_px > lone_base_limit_px(options_.check, by_sides.value_or(*refined))) {
       fail(estimate, fmt::format("the only base seen fits badly ({:.2f} px)", rms_px));
+    }
+    if (by_sides && sides_rms_px(*refined) > kMaxSidesWithLoneBase * sides_rms_px(*by_sides)) {
+      fail(estimate, fmt::format("with the only base seen the sides fit worse ({:.2f} px) than without it ({:.2f} px)",
+                                 sides_rms_px(*refined), sides_rms_px(*by_sides)));
     }
     if (const auto why = end_check.longer_part(*outline, other_base - kBase0, points_)) fail(estimate, *why);
   }
@@ -245,7 +267,7 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
   std::vector<EdgePoint> unexplained;
   for (const EdgePoint& point : judges_) {
     if (const auto match = outline->match(point, options_.refine.final_gate_px)) {
-      hearing.matched(match->distance_px);
+      hearing.matched(judged_px(options_.refine.common_edge_sigma, match->distance_px, match->cue));
     } else {
       unexplained.push_back(point);
       hearing.unmatched(place_of(point));
@@ -284,6 +306,10 @@ std::optional<Solution> Judge::end_on(const FittedEllipse& base) const {
   if (estimate.seen < options_.check.min_rim_seen) {
     fail(estimate, fmt::format("seen along its axis, but only {:.0f} % of the near base", 100 * estimate.seen));
   }
+  if (estimate.seen < kWholeRim && estimate.rms_px > options_.check.max_part_of_blob_rms_px) {
+    fail(estimate, fmt::format("seen along its axis, {:.0f} % of the near base, and edges {:.2f} px off it",
+                               100 * estimate.seen, estimate.rms_px));
+  }
 
   const auto place_of = [&](const EdgePoint& point) {
     using enum Hearing::Place;
@@ -298,7 +324,7 @@ std::optional<Solution> Judge::end_on(const FittedEllipse& base) const {
     const bool matches = std::abs(distance_px) <= options_.refine.final_gate_px &&
                          base.ellipse.inward(point.position_px).dot(point.inward) > 0;
     if (matches) {
-      hearing.matched(distance_px);
+      hearing.matched(judged_px(options_.refine.common_edge_sigma, distance_px, point.cue));
     } else {
       hearing.unmatched(place_of(point));
     }
@@ -340,11 +366,13 @@ void Judge::judge(Solution& solution, Hearing hearing, double area_px, double co
     fail(estimate,
          fmt::format("seen along its axis, but {:.0f} % more of the part's colour than that shows", 100 * (fill - 1)));
   }
-  if (hearing.beyond > kMaxBeyond * hearing.matched_count()) {
+  const bool is_whole = solution.is_telling && estimate.seen > kWhole;
+  if (!is_whole && hearing.beyond > kMaxBeyond * hearing.matched_count()) {
     fail(estimate, fmt::format("the part's colour is seen beyond the outline, in {:.0f} % as many edges as on it",
                                100.0 * hearing.beyond / hearing.matched_count()));
   }
-  if (!solution.is_telling && hearing.elsewhere > kMaxElsewhere * hearing.matched_count()) {
+  solution.leaves_things = hearing.elsewhere > kMaxElsewhere * hearing.matched_count();
+  if (!solution.is_telling && solution.leaves_things) {
     fail(estimate, "something else has the part's colour, and a box or a ball could look like this outline");
   }
   if (hearing.elsewhere > kMaxElsewhereAtAll * hearing.matched_count()) {

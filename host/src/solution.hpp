@@ -25,6 +25,7 @@ struct Solution {
   bool is_blob = false;              ///< the outline is hardly longer than wide
   bool shows_sides = false;          ///< both are seen over more than the width: no base hides them
   bool is_telling = false;           ///< neither a box nor a ball has such an outline
+  bool leaves_things = false;        ///< much of what has the part's colour is elsewhere
   double rating = 0;                 ///< of how much is seen and explained, and how tightly; 1 would be perfect
   std::vector<double> residuals_px;  ///< of the judging points; infinite for those that do not belong to the outline
   double scatter_px = 0;             ///< robust standard deviation of those that do: a few far off do not move it

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cylpose/outline.hpp>
 #include <cylpose/pose_solver.hpp>
 #include <numbers>
 #include <utility>
@@ -81,7 +82,7 @@ TEST_F(DoubtTest, ATiltAndItsMirrorImageNearEachOtherAreOneWideAnswer) {
     EXPECT_LT(off, std::max(10 * kDegree, 3 * estimate.sigma_axis_rad())) << i;
     squares += std::pow(off / estimate.sigma_axis_rad(), 2);
   }
-  EXPECT_GE(found, 0.85 * kScenes);
+  EXPECT_GE(found, 0.8 * kScenes);
   EXPECT_LT(squares / found, 2);  // of two degrees of freedom, one with a smaller sigma
 }
 
@@ -139,9 +140,51 @@ TEST_F(DoubtTest, WhatABoxLooksLikeIsNotTakenBesideSomethingElse) {
   const CylinderPose pose = tilted(camera, {400, 360}, 4, 89.5, 1);
   const PartEdges alone = ideal_edges(camera, part, pose);
   EXPECT_EQ(solve(alone).status, PoseStatus::kOk);
-  const PoseEstimate estimate = solve(both(alone, ball({900, 360}, 40)));
+  // With one end hidden it may be of any length; with both seen no box shares its proportions but by chance.
+  IdealEdges how;
+  const Eigen::Vector2d end = ideal_pixel(camera, pose.center_in_cam + part.height_m / 2 * pose.axis_in_cam);
+  how.is_visible = [&](const Eigen::Vector2d& p) { return (p - end).norm() > 20; };
+  const PartEdges open_end = ideal_edges(camera, part, pose, how);
+  EXPECT_EQ(solve(open_end).status, PoseStatus::kOk);
+  EXPECT_EQ(solve(both(open_end, ball({900, 360}, 40))).status, PoseStatus::kNone);
+  EXPECT_EQ(solve(both(alone, ball({900, 360}, 40))).status, PoseStatus::kOk);
+}
+
+TEST_F(DoubtTest, WhatTouchesAWholeOutlineDoesNotMatter) {
+  const CylinderPose pose = tilted(camera, {400, 360}, 2, 60, 1);
+  const PartEdges alone = ideal_edges(camera, part, pose);
+  const auto outline = Outline::of(camera, part, pose);
+  const auto with_beads = [&](PartEdges edges) {
+    const ImageLine& side = outline->sides()[0];
+    const Eigen::Vector2d middle = ideal_pixel(camera, pose.center_in_cam);
+    const Eigen::Vector2d on_side = middle - signed_distance(side, middle) * side.normal;
+    const Eigen::Vector2d along(-side.normal.y(), side.normal.x());
+    for (const double place : {-48, -32, -16, 0, 16, 32, 48}) {
+      edges = both(std::move(edges), ball(on_side + place * along - 6 * side.normal, 4));
+    }
+    return edges;
+  };
+  EXPECT_EQ(solve(with_beads(alone)).status, PoseStatus::kOk) << solve(with_beads(alone)).reason;
+  // Where an end is hidden they may be part of something larger.
+  IdealEdges how;
+  const Eigen::Vector2d end = ideal_pixel(camera, pose.center_in_cam + part.height_m / 2 * pose.axis_in_cam);
+  how.is_visible = [&](const Eigen::Vector2d& p) { return (p - end).norm() > 40; };
+  EXPECT_EQ(solve(ideal_edges(camera, part, pose, how)).status, PoseStatus::kOk);
+  const PoseEstimate estimate = solve(with_beads(ideal_edges(camera, part, pose, how)));
   EXPECT_EQ(estimate.status, PoseStatus::kNone);
-  EXPECT_NE(estimate.reason.find("something else"), std::string::npos) << estimate.reason;
+  EXPECT_NE(estimate.reason.find("beyond the outline"), std::string::npos) << estimate.reason;
+}
+
+TEST_F(DoubtTest, TheRestOfABaseThatIsHalfHiddenAndFitsBadlyIsNotTaken) {
+  const CylinderPose pose = tilted(camera, {400, 360}, 4, 0.5, 1);
+  IdealEdges how;
+  how.is_visible = [&](const Eigen::Vector2d& p) { return p.x() < 413; };
+  EXPECT_EQ(solve(ideal_edges(camera, part, pose, how)).status, PoseStatus::kOk);
+  how.noise_px = 0.25;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    how.seed = seed;
+    EXPECT_EQ(solve(ideal_edges(camera, part, pose, how)).status, PoseStatus::kNone) << seed;
+  }
 }
 
 }  // namespace

@@ -234,6 +234,46 @@ TEST(Locate, SaysWhatToldThePlace) {
   EXPECT_EQ(edges.back().cue, EdgeCue::kSlope);
 }
 
+// A strip of the part, the lens's blur on both of its borders, between two greys: where it is thinner than the filter
+// looks, the other border bends its place. In the upper rows it is wide, which tells the part's colour.
+TEST(Locate, NothingTellsThePlaceOfASliver) {
+  const auto cue_of_strip = [](double thickness_px) {
+    constexpr int kColumns = 48;
+    constexpr double kFrom = 20.2;
+    constexpr double kSigmaPx = 0.7;
+    const auto step = [&](double from, int x) {
+      return 0.5 * std::erfc((from - x) / (std::numbers::sqrt2 * kSigmaPx));
+    };
+    const Rgb left = light_of_codes(140, 140, 140);
+    const Rgb part = light_of_codes(200, 40, 40);
+    const Rgb right = light_of_codes(110, 110, 110);
+    std::vector<std::uint8_t> bytes;
+    for (int y = 0; y < 16; ++y) {
+      for (int x = 0; x < kColumns; ++x) {
+        const double begun = step(kFrom, x);
+        const double ended = step(kFrom + (y < 6 ? 20 : thickness_px), x);
+        for (const std::size_t c : {2U, 1U, 0U}) {
+          const double light = (1 - begun) * left[c] + (begun - ended) * part[c] + ended * right[c];
+          bytes.push_back(static_cast<std::uint8_t>(std::lround(testing::code_of_light(light))));
+        }
+      }
+    }
+    const ImageView image{bytes.data(), kColumns, 16, 3 * kColumns, PixelFormat::kBgr8};
+    std::vector<EdgePixel> edges{{21, 2, 400, 0, 0, EdgeStrength::kStrong}, {21, 11, 400, 0, 0, EdgeStrength::kStrong}};
+    locate_edges(image, image.bounds(), make_gate(kRed), Transfer::kSrgb, edges);
+    EXPECT_EQ(edges.front().cue, EdgeCue::kShare);
+    const EdgePixel& edge = edges.back();
+    if (edge.cue == EdgeCue::kShare) {
+      EXPECT_NEAR(21 + edge.offset_256 / 256.0, kFrom, 0.02) << thickness_px << " px";
+    }
+    return edge.cue;
+  };
+  EXPECT_EQ(cue_of_strip(2), EdgeCue::kNone);
+  EXPECT_EQ(cue_of_strip(3), EdgeCue::kNone);
+  EXPECT_EQ(cue_of_strip(7), EdgeCue::kShare);
+  EXPECT_EQ(cue_of_strip(20), EdgeCue::kShare);
+}
+
 TEST(Locate, AnEdgeWithoutGradientStaysAtItsPixel) {
   const std::vector<std::uint8_t> bytes = sharp_border(40, 16);
   const ImageView image{bytes.data(), 40, 16, 120, PixelFormat::kBgr8};

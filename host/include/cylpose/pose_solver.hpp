@@ -56,7 +56,7 @@ struct CheckOptions {
   /// deviation of the axis direction in degrees (PoseEstimate::sigma_axis_rad), and of the axis line's distance from
   /// the camera's centre as a share of the part's distance (both > 0). The place along the axis may be unknown: both
   /// ends can be hidden.
-  double max_axis_sigma_deg = 10;
+  double max_axis_sigma_deg = 5;
   double max_line_sigma = 0.02;
 
   [[nodiscard]] bool is_valid(std::string* why) const;
