@@ -328,6 +328,7 @@ class Refinement {
     const std::size_t blocks = outline_->station_count() / kStationsOfBlock + 1;
     std::vector<double> sums(kOutlinePieces * blocks);  // piece after piece
     std::array<double, kOutlinePieces> weights{};
+    std::array<double, kOutlinePieces> squares_of_weights{};
     std::array<double, kOutlinePieces> squares_of_points{};
     const auto weight_of = weight_of_match();
     for (std::size_t i = 0; i < matched_.size(); ++i) {
@@ -336,6 +337,7 @@ class Refinement {
       const double weighted = weight * match.distance_px;
       sums[match.piece * blocks + stations[i] / kStationsOfBlock] += weighted;
       weights[match.piece] += weight;
+      squares_of_weights[match.piece] += weight * weight;
       squares_of_points[match.piece] += weighted * weighted;
     }
     const auto used_blocks = static_cast<double>(std::ranges::count_if(sums, [](double sum) { return sum != 0; }));
@@ -346,9 +348,10 @@ class Refinement {
       for (std::size_t block = 0; block < blocks; ++block) {
         squares += sums[piece * blocks + block] * sums[piece * blocks + block];
       }
-      const double weight = std::max(weights[piece], 1e-9);  // a piece without points has no squares either
-      const double variance = std::max(sigma_px_ * sigma_px_, for_parameters * squares / weight);
-      scatters[piece] = {variance, std::max(0.0, variance - kClumpedAbove * squares_of_points[piece] / weight)};
+      if (weights[piece] == 0) continue;  // no points
+      squares *= for_parameters;
+      scatters[piece] = {std::max(sigma_px_ * sigma_px_, squares / weights[piece]),
+                         std::max(0.0, squares - kClumpedAbove * squares_of_points[piece]) / squares_of_weights[piece]};
     }
     return scatters;
   }

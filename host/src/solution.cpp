@@ -245,11 +245,11 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
     const std::size_t other_base = kBase0 + kBase1 - lone_base;
     if (refined->piece_seen[other_base] >= options_.check.min_side_seen) continue;
     const double rms_px = refined->piece_rms_px[lone_base];
-    const auto by_sides =
-        refine_finely(camera_, part_, refined->pose, points_, options_.refine, static_cast<OutlinePiece>(lone_base));
-    if (rms_px > lone_base_limit_px(options_.check, by_sides.value_or(*refined))) {
+    if (rms_px > lone_base_limit_px(options_.check, *refined)) {
       fail(estimate, fmt::format("the only base seen fits badly ({:.2f} px)", rms_px));
     }
+    const auto by_sides =
+        refine_finely(camera_, part_, refined->pose, points_, options_.refine, static_cast<OutlinePiece>(lone_base));
     if (by_sides && sides_rms_px(*refined) > kMaxSidesWithLoneBase * sides_rms_px(*by_sides)) {
       fail(estimate, fmt::format("with the only base seen the sides fit worse ({:.2f} px) than without it ({:.2f} px)",
                                  sides_rms_px(*refined), sides_rms_px(*by_sides)));

@@ -10,8 +10,8 @@ namespace cylpose {
 /// independently, so that turns of a side are covered like shifts. The values are those of rendered scenes
 /// (docs/accuracy.md).
 struct CommonEdgeSigma {
-  double by_share_px = 0.01;
-  double by_limb_px = 0.055;
+  double by_share_px = 0.0125;
+  double by_limb_px = 0.05;
   double by_slope_px = 0.12;
   double by_none_px = 0.2;
 
