@@ -14,7 +14,7 @@
 namespace cylpose {
 namespace {
 
-constexpr int kCells = MixedPixel::kCells;
+constexpr std::size_t kCells = MixedPixel::kCells;
 
 // How light that falls evenly into one cell of a pixel is shared among the pixels around, along one direction.
 class Spread {
@@ -38,13 +38,12 @@ class Spread {
              sigma_px * std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi);
     };
     reach_ = static_cast<int>(std::ceil(half_width));
-    const auto count = static_cast<std::size_t>(2 * reach_ + 1);
-    std::vector<double> mean(count, 0.0);
-    for (int cell = 0; cell < kCells; ++cell) {
+    std::vector<double> mean(width(), 0.0);
+    for (std::size_t cell = 0; cell < kCells; ++cell) {
       const double from = static_cast<double>(cell) / kCells - 0.5;
       const double to = static_cast<double>(cell + 1) / kCells - 0.5;
       const auto share_left_of = [&](double place) {
-        return kCells * (second_integral(place - from) - second_integral(place - to));
+        return static_cast<double>(kCells) * (second_integral(place - from) - second_integral(place - to));
       };
       const double first = share_left_of(-reach_ - 0.5);
       const double all = share_left_of(reach_ + 0.5) - first;
@@ -52,26 +51,29 @@ class Spread {
       for (int d = -reach_; d <= reach_; ++d) {
         const double up_to = share_left_of(d + 0.5);
         const double share = (up_to - before) / all;
-        of_cell_[static_cast<std::size_t>(cell)].push_back(static_cast<float>(share));
-        mean[static_cast<std::size_t>(d + reach_)] += share / kCells;
+        of_cell_[cell].push_back(static_cast<float>(share));
+        mean[index(d)] += share / kCells;
         before = up_to;
       }
     }
-    for (int d = 0; d <= reach_; ++d)
-      of_pixel_.push_back(static_cast<float>(mean[static_cast<std::size_t>(reach_ + d)]));
+    for (int d = 0; d <= reach_; ++d) of_pixel_.push_back(static_cast<float>(mean[index(d)]));
   }
 
   [[nodiscard]] int reach() const { return reach_; }
+  [[nodiscard]] std::size_t width() const { return index(reach_) + 1; }
 
   // What goes from a cell to the pixel `d` away, -reach..reach.
-  [[nodiscard]] float of_cell(int cell, int d) const {
-    return of_cell_[static_cast<std::size_t>(cell)][static_cast<std::size_t>(d + reach_)];
-  }
+  [[nodiscard]] float of_cell(std::size_t cell, int d) const { return of_cell_[cell][index(d)]; }
 
   // The same of an evenly lit pixel, by distance: as much goes to either side.
   [[nodiscard]] const std::vector<float>& of_pixel() const { return of_pixel_; }
 
  private:
+  [[nodiscard]] std::size_t index(int d) const {
+    const int from_first = d + reach_;
+    return static_cast<std::size_t>(from_first);
+  }
+
   int reach_ = 0;
   std::array<std::vector<float>, kCells> of_cell_;
   std::vector<float> of_pixel_;
@@ -127,15 +129,14 @@ cv::Mat blurred_columns(const cv::Mat& light, const std::vector<float>& kernel) 
 
 // What an evenly lit pixel of the same light would not have sent where it goes.
 void add_unevenness(const MixedPixel& pixel, const Spread& across, const Spread& down, cv::Mat* light) {
-  const auto width = static_cast<std::size_t>(2 * across.reach() + 1);
+  const std::size_t width = across.width();
   std::array<std::vector<cv::Vec3f>, kCells> rows_of_cells;
-  for (int row = 0; row < kCells; ++row) {
-    auto& sums = rows_of_cells[static_cast<std::size_t>(row)];
-    sums.assign(width, cv::Vec3f());
-    for (int column = 0; column < kCells; ++column) {
-      const cv::Vec3f& excess = pixel.excess[static_cast<std::size_t>(row * kCells + column)];
+  for (std::size_t row = 0; row < kCells; ++row) {
+    rows_of_cells[row].assign(width, cv::Vec3f());
+    for (std::size_t column = 0; column < kCells; ++column) {
       for (std::size_t i = 0; i < width; ++i) {
-        sums[i] += across.of_cell(column, static_cast<int>(i) - across.reach()) * excess;
+        rows_of_cells[row][i] +=
+            across.of_cell(column, static_cast<int>(i) - across.reach()) * pixel.excess[row][column];
       }
     }
   }
@@ -143,9 +144,7 @@ void add_unevenness(const MixedPixel& pixel, const Spread& across, const Spread&
     auto* out = light->ptr<cv::Vec3f>(mirrored(pixel.y + dy, light->rows));
     for (std::size_t i = 0; i < width; ++i) {
       cv::Vec3f& sum = out[mirrored(pixel.x + static_cast<int>(i) - across.reach(), light->cols)];
-      for (int row = 0; row < kCells; ++row) {
-        sum += down.of_cell(row, dy) * rows_of_cells[static_cast<std::size_t>(row)][i];
-      }
+      for (std::size_t row = 0; row < kCells; ++row) sum += down.of_cell(row, dy) * rows_of_cells[row][i];
     }
   }
 }

@@ -155,12 +155,11 @@ cv::Mat integrate(const CameraModel& camera, const Probe& probe, const Mixed& mi
 MixedPixel divided(int x, int y, const PixelPlaces& places, const std::vector<cv::Vec3d>& lights,
                    const cv::Vec3d& mean) {
   const auto cell_of = [](double place) {
-    return std::min(MixedPixel::kCells - 1, static_cast<int>((place + 0.5) * MixedPixel::kCells));
+    return std::min(MixedPixel::kCells - 1, static_cast<std::size_t>((place + 0.5) * MixedPixel::kCells));
   };
   MixedPixel pixel{x, y, {}};
   for (int i = 0; i < places.count(); ++i) {
-    const int cell = cell_of(places.down(i)) * MixedPixel::kCells + cell_of(places.right(i));
-    pixel.excess[static_cast<std::size_t>(cell)] +=
+    pixel.excess[cell_of(places.down(i))][cell_of(places.right(i))] +=
         cv::Vec3f((lights[static_cast<std::size_t>(i)] - mean) * (1.0 / places.count()));
   }
   return pixel;

@@ -103,8 +103,8 @@ TEST(LensBlur, OfMotionStaysInItsRow) {
   point.at<cv::Vec3f>(4, 10) = cv::Vec3f::all(1);
   SceneLight light(point);
   light.mixed.push_back({10, 4, {}});
-  light.mixed[0].excess[0] = cv::Vec3f::all(0.5F);  // all of it in the upper left
-  light.mixed[0].excess[15] = cv::Vec3f::all(-0.5F);
+  light.mixed[0].excess[0][0] = cv::Vec3f::all(0.5F);  // all of it in the upper left
+  light.mixed[0].excess[3][3] = cv::Vec3f::all(-0.5F);
   const cv::Mat moved = blurred(light, BlurKernel::kMotion, 1.5);
   EXPECT_NEAR(cv::sum(moved.row(4))[0], 1, 1e-5);
   EXPECT_NEAR(cv::norm(moved, cv::NORM_L1), cv::norm(moved.row(4), cv::NORM_L1), 1e-6);

@@ -12,13 +12,14 @@
 
 namespace cylpose {
 
-/// A pixel in which more than one surface is seen, divided into kCells x kCells cells, row by row.
+/// A pixel in which more than one surface is seen, divided into kCells x kCells cells.
 struct MixedPixel {
-  static constexpr int kCells = 4;
+  static constexpr std::size_t kCells = 4;
   int x = 0;
   int y = 0;
-  /// Each cell's part of the pixel's light less its share in an evenly lit pixel (B G R); the sum is zero.
-  std::array<cv::Vec3f, kCells* kCells> excess = {};
+  /// By row and column, each cell's part of the pixel's light less its share in an evenly lit pixel (B G R); the sum is
+  /// zero.
+  std::array<std::array<cv::Vec3f, kCells>, kCells> excess = {};
 };
 
 /// Light as it comes to a camera, before the lens has blurred it.
