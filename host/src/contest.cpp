@@ -254,7 +254,7 @@ const Solution* Contest::leader() const {
 
 bool Contest::shows_sides() const {
   const Solution* first = leader();
-  return first != nullptr && is_ok(*first) && first->shows_sides;
+  return first != nullptr && is_ok(*first) && first->shows_sides && !first->leaves_things;
 }
 
 bool Contest::is_decided() const {

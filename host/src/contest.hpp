@@ -47,8 +47,8 @@ class Contest {
   /// True when a solution leaves nothing for another hypothesis to explain.
   [[nodiscard]] bool is_decided() const;
 
-  /// True when the best solution passes the self-check and shows its sides, so that no view of a base alone can be
-  /// meant.
+  /// True when the best solution passes the self-check and shows its sides, and little of the part's colour is
+  /// elsewhere, so that no view of a base alone can be meant.
   [[nodiscard]] bool shows_sides() const;
 
   /// The best solution; `none` with the reason when there is none, when it fails the self-check, or when one far from

@@ -31,12 +31,12 @@ constexpr double kMaxElsewhereAtAll = 2;
 constexpr double kUnseenWeight = 0.25;
 // A lone base whose points err by more than this multiple of what the sides' points do is an occluder's edge.
 constexpr double kMaxLoneBaseOfSides = 1.5;
+// And so is one that makes the sides fit worse by more than this: it tilts the pose.
+constexpr double kMaxSidesWithLoneBase = 1.5;
 // An outline of which more is seen is no part of something larger.
 constexpr double kWhole = 0.95;
 // Of a base that is all that shows: less leaves its size open where the edges fit badly.
 constexpr double kWholeRim = 0.9;
-// And so is one that makes the sides fit worse by more than this: it tilts the pose.
-constexpr double kMaxSidesWithLoneBase = 1.5;
 // A rating above this needs all of the outline, seen and well explained: nothing else looks like that.
 constexpr double kClearlyRight = 0.85;
 // A base whose rim is more than this share of the outline: the view is along the axis, the sides are short.

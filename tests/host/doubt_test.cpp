@@ -175,6 +175,15 @@ TEST_F(DoubtTest, WhatTouchesAWholeOutlineDoesNotMatter) {
   EXPECT_NE(estimate.reason.find("beyond the outline"), std::string::npos) << estimate.reason;
 }
 
+// The far one's long sides are tried first, and all of it is seen.
+TEST_F(DoubtTest, OfTwoPartsTheOneThatExplainsMoreIsTaken) {
+  const CylinderPose near = tilted(camera, {400, 360}, 1.5, 6, 1);
+  const PartEdges far = ideal_edges(camera, part, tilted(camera, {950, 300}, 5, 60, 1));
+  const PoseEstimate estimate = solve(both(ideal_edges(camera, part, near), far));
+  ASSERT_EQ(estimate.status, PoseStatus::kOk) << estimate.reason;
+  EXPECT_LT((estimate.pose.center_in_cam - near.center_in_cam).norm(), 0.01);
+}
+
 TEST_F(DoubtTest, TheRestOfABaseThatIsHalfHiddenAndFitsBadlyIsNotTaken) {
   const CylinderPose pose = tilted(camera, {400, 360}, 4, 0.5, 1);
   IdealEdges how;

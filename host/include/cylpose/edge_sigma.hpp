@@ -7,7 +7,8 @@ namespace cylpose {
 
 /// Standard deviations, in pixels, of what all edge points of half a side or base have in common (shading, blur), by
 /// what told where they are: it does not average out over the points and bounds a covariance from below. Halves err
-/// independently, so that turns of a side are covered like shifts. The values are those of rendered scenes
+/// independently, so that turns of a side are covered like shifts. A half of 24 points has all of it in common, longer
+/// ones less, down to a fourth. Points also weigh the less the larger it is. The values are those of rendered scenes
 /// (docs/accuracy.md).
 struct CommonEdgeSigma {
   double by_share_px = 0.0125;
