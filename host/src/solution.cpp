@@ -31,8 +31,10 @@ constexpr double kMaxElsewhereAtAll = 2;
 constexpr double kUnseenWeight = 0.25;
 // A lone base whose points err by more than this multiple of what the sides' points do is an occluder's edge.
 constexpr double kMaxLoneBaseOfSides = 1.5;
-// And so is one that makes the sides fit worse by more than this: it tilts the pose.
+// And so is one that makes the sides fit worse by more than this: it tilts the pose. Sides that fit better than that
+// many pixels are not bent.
 constexpr double kMaxSidesWithLoneBase = 1.5;
+constexpr double kStraightSidesPx = 0.05;
 // An outline of which more is seen is no part of something larger.
 constexpr double kWhole = 0.95;
 // Of a base that is all that shows: less leaves its size open where the edges fit badly.
@@ -248,13 +250,14 @@ std::optional<Solution> Judge::refined(const CoarsePose& coarse) const {
     if (rms_px > lone_base_limit_px(options_.check, *refined)) {
       fail(estimate, fmt::format("the only base seen fits badly ({:.2f} px)", rms_px));
     }
+    if (const auto why = end_check.longer_part(*outline, other_base - kBase0, points_)) fail(estimate, *why);
+    if (estimate.status != PoseStatus::kOk || sides_rms_px(*refined) < kStraightSidesPx) continue;
     const auto by_sides =
         refine_finely(camera_, part_, refined->pose, points_, options_.refine, static_cast<OutlinePiece>(lone_base));
     if (by_sides && sides_rms_px(*refined) > kMaxSidesWithLoneBase * sides_rms_px(*by_sides)) {
       fail(estimate, fmt::format("with the only base seen the sides fit worse ({:.2f} px) than without it ({:.2f} px)",
                                  sides_rms_px(*refined), sides_rms_px(*by_sides)));
     }
-    if (const auto why = end_check.longer_part(*outline, other_base - kBase0, points_)) fail(estimate, *why);
   }
 
   const auto place_of = [&](const EdgePoint& point) {
