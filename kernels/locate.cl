@@ -206,8 +206,8 @@ static Outside outside_of(Profile* profile, Light channel, int border, bool mirr
   return result;
 }
 
-// Whether the channel that tells outside from part stands a third as high on the part's side of a border, whose surroundings
-// were read: something else begins there.
+// Whether the channel that tells outside from part stands a third as high on the part's side of a border, whose
+// surroundings were read: something else begins there.
 static bool is_thin(const Profile* profile, Light channel, int border) {
   const int inside = level_at(profile, channel, border + 3) + level_at(profile, channel, border + 4);
   const int outside = level_at(profile, channel, border - 3) + level_at(profile, channel, border - 4);

@@ -71,16 +71,21 @@ TEST_F(RefineTest, CovarianceShrinksWithDistanceAndNoise) {
   EXPECT_GT(depth_sigma(2, 0.4), 1.5 * depth_sigma(2, 0.1));
 }
 
-TEST_F(RefineTest, CovarianceGrowsWithWhatEdgesOfACueHaveInCommon) {
-  const CylinderPose pose{{0, 0, 2}, Eigen::Vector3d(0.1, -1, 0.3).normalized()};
-  IdealEdges how;
-  how.noise_px = 0.02;
-  const auto depth_sigma = [&](EdgeCue cue) {
+// Of edges that all have one cue and hardly scatter.
+class CueTest : public RefineTest {
+ protected:
+  [[nodiscard]] double depth_sigma(EdgeCue cue, double distance_m = 2) const {
+    const CylinderPose pose{{0, 0, distance_m}, Eigen::Vector3d(0.1, -1, 0.3).normalized()};
+    IdealEdges how;
+    how.noise_px = 0.02;
     auto points = points_of(pose, how);
     for (EdgePoint& point : points) point.cue = cue;
     const auto refined = refine(camera, part, pose, points, {});
     return refined ? std::sqrt(refined->covariance(2, 2)) : 0.0;
-  };
+  }
+};
+
+TEST_F(CueTest, CovarianceGrowsWithWhatEdgesOfACueHaveInCommon) {
   const double by_limb = depth_sigma(EdgeCue::kLimb);
   ASSERT_GT(by_limb, 0);
   // The points' own scatter is small beside it, but for the background's share.
@@ -92,20 +97,11 @@ TEST_F(RefineTest, CovarianceGrowsWithWhatEdgesOfACueHaveInCommon) {
 
 // Errors near a piece's ends count for less on longer pieces: the part's width tells its depth, twice as wide and twice
 // as long four times as well and, with the points' scatter alone, half as much again.
-TEST_F(RefineTest, WhatEdgesHaveInCommonAveragesOutOverLongPieces) {
-  IdealEdges how;
-  how.noise_px = 0.02;
-  const auto depth_sigma = [&](double distance_m) {
-    const CylinderPose pose{{0, 0, distance_m}, Eigen::Vector3d(0.1, -1, 0.3).normalized()};
-    auto points = points_of(pose, how);
-    for (EdgePoint& point : points) point.cue = EdgeCue::kSlope;
-    const auto refined = refine(camera, part, pose, points, {});
-    return refined ? std::sqrt(refined->covariance(2, 2)) : 0.0;
-  };
-  const double near = depth_sigma(1.5);
+TEST_F(CueTest, WhatEdgesHaveInCommonAveragesOutOverLongPieces) {
+  const double near = depth_sigma(EdgeCue::kSlope, 1.5);
   ASSERT_GT(near, 0);
-  EXPECT_GT(depth_sigma(3) / near, 5);
-  EXPECT_LT(depth_sigma(3) / near, 8);
+  EXPECT_GT(depth_sigma(EdgeCue::kSlope, 3) / near, 5);
+  EXPECT_LT(depth_sigma(EdgeCue::kSlope, 3) / near, 8);
 }
 
 TEST_F(RefineTest, EdgesThatLittleTellsPullLittle) {
