@@ -2,8 +2,10 @@
 
 find_program(CYLPOSE_CCACHE ccache)
 if(CYLPOSE_CCACHE AND PROJECT_IS_TOP_LEVEL AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  # Every checkout finds what another one compiled: the same sources in other folders.
   set(CMAKE_CXX_COMPILER_LAUNCHER "${CMAKE_COMMAND}" -E env
-      CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime "${CYLPOSE_CCACHE}")
+      CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+      "CCACHE_BASEDIR=${CMAKE_SOURCE_DIR}" CCACHE_NOHASHDIR=1 "${CYLPOSE_CCACHE}")
 endif()
 
 function(cylpose_warnings target)
