@@ -94,6 +94,10 @@ Eigen::Matrix<double, 6, 1> difference(const CylinderPose& from, const CylinderP
   return change;
 }
 
+bool is_near(const Eigen::Matrix<double, 6, 1>& change, double max_center, double max_angle) {
+  return change.head<3>().norm() <= max_center && change.tail<3>().norm() <= max_angle;
+}
+
 CylinderPose moved(const CylinderPose& pose, const Eigen::Matrix<double, 6, 1>& change) {
   const Eigen::Vector3d rotation = change.tail<3>();
   const double angle = rotation.norm();
@@ -193,18 +197,16 @@ void Contest::enter_mirror_image() {
   if (coarse && !is_hopeless(*coarse)) finish(*coarse);
 }
 
-bool Contest::is_within(const Solution& a, const Solution& b, double max_angle) const {
-  const Eigen::Matrix<double, 6, 1> change = difference(a.estimate.pose, b.estimate.pose);
-  return change.head<3>().norm() <= kOtherCenter * part_.height_m && change.tail<3>().norm() <= max_angle;
-}
-
 bool Contest::is_one_answer(const Solution& a, const Solution& b) const {
-  return is_within(a, b, kOtherAxis);
+  return is_near(difference(a.estimate.pose, b.estimate.pose), kOtherCenter * part_.height_m, kOtherAxis);
 }
 
-// From the pose midway neither is another answer.
+// From the pose midway neither is another answer, nor farther away than the limit of a pose's own doubt.
 bool Contest::may_lie_midway(const Solution& a, const Solution& b) const {
-  return !a.is_end_on && !b.is_end_on && is_within(a, b, 2 * kOtherAxis);
+  if (a.is_end_on || b.is_end_on) return false;
+  const double doubted = 2 * options_.check.max_line_sigma * a.estimate.pose.center_in_cam.norm();
+  return is_near(difference(a.estimate.pose, b.estimate.pose), std::max(kOtherCenter * part_.height_m, doubted),
+                 2 * kOtherAxis);
 }
 
 // Whether a pose refined before, at the same place, explains the points so much better that this one can raise no

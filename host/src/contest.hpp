@@ -53,12 +53,12 @@ class Contest {
 
   /// The best solution; `none` with the reason when there is none, when it fails the self-check, or when one far from
   /// it explains the outline as well (CheckOptions::min_evidence), whether that passes the self-check or not. Of two
-  /// that are at most 20 degrees and a fourth of the height apart the pose midway, its covariance covering both.
+  /// that are at most 20 degrees and a fourth of the height (or twice CheckOptions::max_line_sigma) apart the pose
+  /// midway, its covariance covering both.
   [[nodiscard]] PoseEstimate verdict() const;
 
  private:
   [[nodiscard]] double edge_sigma_px() const;
-  [[nodiscard]] bool is_within(const Solution& a, const Solution& b, double max_angle) const;
   [[nodiscard]] bool is_one_answer(const Solution& a, const Solution& b) const;
   [[nodiscard]] bool may_lie_midway(const Solution& a, const Solution& b) const;
   [[nodiscard]] const Solution* leader() const;

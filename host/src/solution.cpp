@@ -39,6 +39,8 @@ constexpr double kStraightSidesPx = 0.05;
 constexpr double kWhole = 0.95;
 // Of a base that is all that shows: less leaves its size open where the edges fit badly.
 constexpr double kWholeRim = 0.9;
+// An outline of which this much is seen could contradict a pose as well as a whole one.
+constexpr double kWellSeen = 0.75;
 // A rating above this needs all of the outline, seen and well explained: nothing else looks like that.
 constexpr double kClearlyRight = 0.85;
 // A base whose rim is more than this share of the outline: the view is along the axis, the sides are short.
@@ -361,7 +363,9 @@ void Judge::judge(Solution& solution, Hearing hearing, double area_px, double co
   solution.rating = estimate.seen * explained / (1 + estimate.rms_px);
   solution.clumping = hearing.clumping();
   solution.scatter_px = hearing.scatter_px();
-  if (estimate.rms_px > estimate.seen * (solution.is_blob ? check.max_blob_rms_px : check.max_rms_px)) {
+  const double max_rms_px = solution.is_blob ? check.max_blob_rms_px * estimate.seen
+                                             : check.max_rms_px * std::min(1.0, estimate.seen / kWellSeen);
+  if (estimate.rms_px > max_rms_px) {
     fail(estimate, fmt::format("edges {:.2f} px off the outline", estimate.rms_px));
   }
   const bool is_clear = solution.is_telling && solution.rating > kClearlyRight;

@@ -22,10 +22,11 @@ struct CheckOptions {
   double min_seen = 0.4;
   /// The same for each of the two sides; a base seen less than this counts as hidden.
   double min_side_seen = 0.2;
-  /// Root mean square distance of the supporting points in pixels, where all of the outline is seen; where less is, as
-  /// much less: what is hidden cannot contradict.
-  double max_rms_px = 0.6;
-  /// The same where the outline is hardly longer than wide (views along the axis): many things look like that.
+  /// Root mean square distance of the supporting points in pixels, where three fourths of the outline are seen; where
+  /// fewer are, as much less: what is hidden cannot contradict.
+  double max_rms_px = 0.45;
+  /// Where the outline is hardly longer than wide (views along the axis), and many things look like that: the same
+  /// where all of it is seen.
   double max_blob_rms_px = 0.4;
   /// The same where in addition less of the outline than `min_blob_seen` is seen: then hardly anything else tells a
   /// wrong tilt.
@@ -56,7 +57,7 @@ struct CheckOptions {
   /// deviation of the axis direction in degrees (PoseEstimate::sigma_axis_rad), and of the axis line's distance from
   /// the camera's centre as a share of the part's distance (both > 0). The place along the axis may be unknown: both
   /// ends can be hidden.
-  double max_axis_sigma_deg = 5;
+  double max_axis_sigma_deg = 7.5;
   double max_line_sigma = 0.02;
 
   [[nodiscard]] bool is_valid(std::string* why) const;
