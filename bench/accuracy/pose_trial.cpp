@@ -193,6 +193,10 @@ std::vector<PoseTrial> beyond_trials(int count, std::uint64_t seed) {
         material.exponent = 60;
         add("glossy surface", [](DegradeOptions&) {});
         break;
+      case 7:
+        material.refractive_index = 1.5;
+        add("varnished surface", [](DegradeOptions&) {});
+        break;
       case 8:
         trial.scene.lighting.ambient = 0.02;
         trial.scene.lighting.key = 1.3;

@@ -139,6 +139,15 @@ double rough_factor(double roughness_rad, const Eigen::Vector3d& normal, const E
          0.45 * variance / (variance + 0.09) * std::max(0.0, azimuth_cosine) * std::sin(steeper) * std::tan(flatter);
 }
 
+// Share of unpolarised light that a surface mirrors (Fresnel's equations); `cosine` of its angle from the normal.
+double fresnel(double refractive_index, double cosine) {
+  const double inside = std::sqrt(refractive_index * refractive_index - 1 + cosine * cosine);  // index times its cosine
+  const double across = (cosine - inside) / (cosine + inside);
+  const double squared_index = refractive_index * refractive_index;
+  const double along = (squared_index * cosine - inside) / (squared_index * cosine + inside);
+  return (across * across + along * along) / 2;
+}
+
 }  // namespace
 
 SceneTracer::SceneTracer(const Scene& scene)
@@ -225,10 +234,21 @@ LightSample SceneTracer::light_along(const Eigen::Vector2d& ray) const {
       light.array() += lighting_.key * material.specular * std::pow(mirror, material.exponent);
     }
   }
+  if (material.refractive_index > 1) {
+    const double cosine = std::clamp(-hit->normal_in_cam.dot(direction.normalized()), 0.0, 1.0);
+    const double mirrored = fresnel(material.refractive_index, cosine);
+    const Eigen::Vector3d onward = direction - 2 * direction.dot(hit->normal_in_cam) * hit->normal_in_cam;
+    light = (1 - mirrored) * light + mirrored * light_from_afar(onward);
+  }
   // Solids count from 1 here: 0 is the background. A face takes three bits.
   const auto solid = static_cast<std::uint32_t>(hit->solid + 1);
   return {light, (hit->solid < part_count_ ? kPartBit : 0U) | (solid << 5) | (hit->face << 2) | (texture.cell << 1) |
                      (shadowed ? 1U : 0U)};
+}
+
+LinearRgb SceneTracer::light_from_afar(const Eigen::Vector3d& direction) const {
+  if (direction.z() <= 0) return LinearRgb::Constant(lighting_.ambient);
+  return sample(background_, direction.x() / direction.z(), direction.y() / direction.z()).color;
 }
 
 std::optional<std::size_t> SceneTracer::solid_along(const Eigen::Vector2d& ray) const {

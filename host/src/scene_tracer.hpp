@@ -43,6 +43,8 @@ class SceneTracer {
   };
 
   [[nodiscard]] std::optional<Hit> first_hit(const Eigen::Vector2d& ray) const;
+  // Of the background where it is in front of the camera, and of ambient light behind it, as if far away.
+  [[nodiscard]] LinearRgb light_from_afar(const Eigen::Vector3d& direction) const;
   [[nodiscard]] bool is_shadowed(const Eigen::Vector3d& point, const Eigen::Vector3d& to_light) const;
 
   std::vector<Bounded> solids_;

@@ -204,6 +204,27 @@ TEST(Render, HighlightWhereTheSurfaceMirrorsTheLight) {
   EXPECT_NEAR(light.at<cv::Vec3f>(5, 5)[1], diffuse, 0.01);
 }
 
+// By the laws of sines and tangents for a ray that meets the surface at the angle t from its normal.
+TEST(Render, VarnishMirrorsTheBackgroundTowardTheLimb) {
+  const CylinderPose pose{{0, 0, 1}, Eigen::Vector3d::UnitY()};
+  Scene scene = white_on_black(pose);
+  scene.parts[0].material = plain({0, 0, 0});
+  scene.parts[0].material.refractive_index = 1.5;
+  scene.lighting.ambient = 0.2;
+  scene.background.color = {0.8, 0.8, 0.8};
+  const cv::Mat light = render(scene).pixels;
+  EXPECT_NEAR(light.at<cv::Vec3f>(119, 161)[0], 0.04 * 0.2, 1e-4);  // what is behind the camera
+  for (const int x : {172, 173, 174}) {
+    const Eigen::Vector3d ray((x - scene.camera.cx) / scene.camera.fx, (119 - scene.camera.cy) / scene.camera.fy, 1);
+    const double t = std::acos(-intersect_ray(pose, 0.05, 0.4, ray).value().normal_in_cam.dot(ray.normalized()));
+    const double inside = std::asin(std::sin(t) / 1.5);
+    const double across = std::sin(t - inside) / std::sin(t + inside);
+    const double along = std::tan(t - inside) / std::tan(t + inside);
+    const double mirrored = (across * across + along * along) / 2;
+    EXPECT_NEAR(light.at<cv::Vec3f>(119, x)[0], 0.8 * mirrored, 1e-4) << x;
+  }
+}
+
 TEST(Render, HardShadowsAreAChoice) {
   Scene scene = wall_scene();
   // 0.4 m before the wall, above the middle: the shadow falls 0.3 m further down.

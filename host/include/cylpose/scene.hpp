@@ -44,6 +44,9 @@ struct Material {
   /// Spread of the slopes of a rough surface's facets, radians (Oren and Nayar 1994, without interreflection): the limb
   /// gets brighter with it. 0: diffuse as Lambert has it. Range 0..1.
   double roughness_rad = 0;
+  /// Of a smooth clear coat, 1.5 for plastic or varnish, which mirrors the background: 4 % of it where it is looked at
+  /// straight, all of it at the limb (Fresnel's equations, unpolarised). Below 1: none.
+  double refractive_index = 0;
 };
 
 struct CylinderSolid {
