@@ -102,7 +102,7 @@ typedef struct {
   CylI16 gx;
   CylI16 gy;
   CylI16 offset_256;  // between finding and locating: the cosine of the edge's line (line.cl)
-  CylU16 kind;  // 16 * part + 4 * cue + strength (EdgeCue, EdgeStrength); no cue before locating
+  CylU16 kind;  // 32 * part + 4 * cue + strength (EdgeCue, EdgeStrength); no cue before locating
 } KernelEdge;
 
 #ifndef __OPENCL_VERSION__

@@ -226,7 +226,7 @@ static void find_in_window(const Window* window, uint band, const global uchar* 
     edge->gx = (short)gx;
     edge->gy = (short)gy;
     edge->offset_256 = (short)cosine;
-    edge->kind = (ushort)(16 * part + (here >= frame->strong ? 2 : 1));
+    edge->kind = (ushort)(32 * part + (here >= frame->strong ? 2 : 1));
   }
   if (count == 0) return;
   const uint at = atomic_add(&header_of(result)->edges, count);

@@ -21,6 +21,8 @@
 #define CYL_BY_SHARE 1
 #define CYL_BY_LIMB 2
 #define CYL_BY_SLOPE 3
+#define CYL_BY_CLIPPED 4
+#define CYL_CLIPPED (CYL_BACKGROUND_PIXELS * 65535 * 99 / 100)  // light of the background that the sensor cuts off
 
 // As far as anything looks along a diagonal.
 #define CYL_FIRST (-11)
@@ -302,22 +304,13 @@ static Place place_by_limb(Profile* profile, Light channel) {
   return place.offset == CYL_NOT_FOUND ? none : place;
 }
 
-static Place place_by_share(Profile* profile, Light part) {
+static Place place_between(Profile* profile, WideLight outside, WideLight color) {
   const Place not_found = {CYL_NOT_FOUND, CYL_BY_NOTHING};
   const Line* line = &profile->lines->middle;
-  const int outermost = -pixels_along(line, CYL_OUTWARD) - CYL_BACKGROUND_PIXELS;
-  WideLight outside = {0, 0, 0};
-  for (int k = outermost; k < outermost + CYL_BACKGROUND_PIXELS; ++k) {
-    const WideLight pixel = wide_light_at(profile, k);
-    outside.r += pixel.r;
-    outside.g += pixel.g;
-    outside.b += pixel.b;
-  }
-  const WideLight color = {part.r, part.g, part.b};
   const WideLight rest = perpendicular(outside, color);
   const int bits = 16;
   const WideLight cut = {rest.r >> bits, rest.g >> bits, rest.b >> bits};
-  const long least = 300 * CYL_BACKGROUND_PIXELS * (dot_wide(color, color) >> bits);
+  const long least = 300 * CYL_BACKGROUND_PIXELS * ((dot_wide(color, color) >> bits) + 1);
   if (dot_wide(cut, cut) < least * least) return not_found;
 
   const Light channel = narrowed(rest);
@@ -341,6 +334,33 @@ static Place place_by_share(Profile* profile, Light part) {
   return place;
 }
 
+// A direction without the colours in which the outside is clipped.
+static WideLight unclipped(WideLight direction, WideLight outside) {
+  const WideLight rest = {outside.r > CYL_CLIPPED ? 0 : direction.r, outside.g > CYL_CLIPPED ? 0 : direction.g,
+                          outside.b > CYL_CLIPPED ? 0 : direction.b};
+  return rest;
+}
+
+static Place place_by_share(Profile* profile, Light part) {
+  const int outermost = -pixels_along(&profile->lines->middle, CYL_OUTWARD) - CYL_BACKGROUND_PIXELS;
+  WideLight outside = {0, 0, 0};
+  for (int k = outermost; k < outermost + CYL_BACKGROUND_PIXELS; ++k) {
+    const WideLight pixel = wide_light_at(profile, k);
+    outside.r += pixel.r;
+    outside.g += pixel.g;
+    outside.b += pixel.b;
+  }
+  const WideLight color = {part.r, part.g, part.b};
+  const WideLight rest = unclipped(outside, outside);
+  Place place = place_between(profile, rest, unclipped(color, outside));
+  const bool is_clipped = rest.r != outside.r || rest.g != outside.g || rest.b != outside.b;
+  if (place.offset == CYL_NOT_FOUND && is_clipped) {
+    place = place_between(profile, outside, color);
+    place.cue = CYL_BY_CLIPPED;
+  }
+  return place;
+}
+
 CYL_KERNEL void locate_edges(const global uchar* image, const KernelFrame frame, const global ushort* light_tables,
                              global uchar* result) {
   const uint count = min(header_of(result)->edges, frame.edge_capacity);
@@ -349,8 +369,8 @@ CYL_KERNEL void locate_edges(const global uchar* image, const KernelFrame frame,
   Light color;
   for (uint i = (uint)get_global_id(0); i < count; i += (uint)get_global_size(0)) {
     const KernelEdge edge = edges[i];
-    if (part != edge.kind / 16) {
-      part = edge.kind / 16;
+    if (part != edge.kind / 32) {
+      part = edge.kind / 32;
       color = color_of_part(color_sums_of(result) + part);
     }
     const Lines lines = lines_through(image, &frame, edge.x - frame.origin_x, edge.y - frame.origin_y, edge.gx, edge.gy,

@@ -55,6 +55,7 @@ struct Light {
     b += other.b;
     return *this;
   }
+  friend bool operator==(const Light&, const Light&) = default;
 };
 
 std::int64_t dot(const Light& a, const Light& b) {
@@ -364,15 +365,14 @@ Place place_by_limb(const Profile& profile, const Line& line, const Light& chann
   return {offset, cue};
 }
 
-// By the outside's share b = w.pixel, w being the outside's colour without its share along the part's. None where the
-// outside is too dark or too near the part's hue for that, or the border is out of reach.
+// By the outside's share b = w.pixel, w being the outside's colour (a sum over kBackgroundPixels) without its share
+// along the part's. None where the outside is too dark or too near the part's hue for that, or the border is out of
+// reach.
 //
 // Where the outside is not even, w.pixel tells its texture instead. The roles are turned then: the part's colour
 // without its share along the outside's is zero outside, however bright that is, and its border that of a limb before
 // black.
-std::optional<Place> place_by_share(const Profile& profile, const Line& line, const Light& color) {
-  Light outside;
-  for (int k = 1; k <= kBackgroundPixels; ++k) outside += profile[-line.pixels(kOutward) - k];
+std::optional<Place> place_between(const Profile& profile, const Line& line, const Light& outside, const Light& color) {
   const Light rest = perpendicular(outside, color);
 
   // The least distance of the outside from the part's line of colours, in units of light: that of a grey of code 11
@@ -380,7 +380,7 @@ std::optional<Place> place_by_share(const Profile& profile, const Line& line, co
   constexpr std::int64_t kLeastContrast = 300;
   constexpr int kCut = 16;  // bits, so that squares fit
   const Light cut{rest.r >> kCut, rest.g >> kCut, rest.b >> kCut};
-  const std::int64_t least = kLeastContrast * kBackgroundPixels * (dot(color, color) >> kCut);
+  const std::int64_t least = kLeastContrast * kBackgroundPixels * ((dot(color, color) >> kCut) + 1);
   if (dot(cut, cut) < least * least) return std::nullopt;
 
   const Light channel = narrowed(rest);
@@ -398,6 +398,26 @@ std::optional<Place> place_by_share(const Profile& profile, const Line& line, co
     if (2 * part.spread * share.height <= share.spread * part.height) return place_by_limb(profile, line, turned);
   }
   return Place{line.to_normal(*border), EdgeCue::kShare};
+}
+
+// A direction without the colours in which the outside is so bright that the sensor cuts it off.
+Light unclipped(const Light& direction, const Light& outside) {
+  constexpr std::int64_t kMost = kBackgroundPixels * 65535 * 99 / 100;  // code 254
+  return {outside.r > kMost ? 0 : direction.r, outside.g > kMost ? 0 : direction.g,
+          outside.b > kMost ? 0 : direction.b};
+}
+
+// Where the sensor cuts the outside's light off, nobody knows how bright it is, and the half of what is left of it lies
+// inside of the border: the other colours tell better.
+std::optional<Place> place_by_share(const Profile& profile, const Line& line, const Light& color) {
+  Light outside;
+  for (int k = 1; k <= kBackgroundPixels; ++k) outside += profile[-line.pixels(kOutward) - k];
+  const Light rest = unclipped(outside, outside);
+  std::optional<Place> place = place_between(profile, line, rest, unclipped(color, outside));
+  if (place || rest == outside) return place;
+  place = place_between(profile, line, outside, color);
+  if (place) place->cue = EdgeCue::kClipped;
+  return place;
 }
 
 }  // namespace

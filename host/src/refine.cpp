@@ -266,17 +266,19 @@ class Refinement {
       scatter += (scatters[piece].variance - sigma_px_ * sigma_px_) * problem_.of_piece[piece];
     }
     Matrix5d covariance = inverse * scatter * inverse;
-    const PullsOfHalves pulls = pulls_of_halves();
+    const auto add = [&](const Vector5d& pull) {
+      const Vector5d moved = inverse * pull;
+      covariance += moved * moved.transpose();
+    };
+    const Pulls pulls = pulls_of_common_errors();
     for (std::size_t piece = 0; piece < kOutlinePieces; ++piece) {
       const double clumped_px = options_.common_edge_share * std::sqrt(scatters[piece].clumped);
-      for (const PullOfHalf& half : pulls[piece]) {
-        const double in_common = std::hypot(kSharedByAll, kPointsInCommon / std::max(1, half.points));
-        for (const Vector5d& pull : {Vector5d(in_common * half.by_cues), Vector5d(clumped_px * half.per_px)}) {
-          const Vector5d moved = inverse * pull;
-          covariance += moved * moved.transpose();
-        }
+      for (const PullOfHalf& half : pulls.of_halves[piece]) {
+        add(std::hypot(kSharedByAll, kPointsInCommon / std::max(1, half.points)) * half.by_cues);
+        add(clumped_px * half.per_px);
       }
     }
+    add(pulls.by_clipping);
     Eigen::Matrix<double, 6, 5> to_full = Eigen::Matrix<double, 6, 5>::Zero();
     to_full.topLeftCorner<3, 3>().setIdentity();
     to_full.block<3, 1>(3, 3) = basis_.first;
@@ -292,10 +294,13 @@ class Refinement {
     Vector5d per_px = Vector5d::Zero();
     Vector5d by_cues = Vector5d::Zero();  // where each point is shifted by the common sigma of its cue
   };
-  using PullsOfHalves = std::array<std::array<PullOfHalf, 2>, kOutlinePieces>;
+  struct Pulls {
+    std::array<std::array<PullOfHalf, 2>, kOutlinePieces> of_halves;
+    Vector5d by_clipping = Vector5d::Zero();  // of all points before an overexposed background
+  };
 
-  [[nodiscard]] PullsOfHalves pulls_of_halves() const {
-    PullsOfHalves pulls;
+  [[nodiscard]] Pulls pulls_of_common_errors() const {
+    Pulls pulls;
     const auto weight_of = weight_of_match();
     std::size_t row = 0;
     for (const OutlineMatch& match : matched_) {
@@ -307,10 +312,11 @@ class Refinement {
       } else {
         by_pose = on_bases_[row++];
       }
-      PullOfHalf& half = pulls[match.piece][outline_->share_of(match) < 0.5 ? 0 : 1];
+      PullOfHalf& half = pulls.of_halves[match.piece][outline_->share_of(match) < 0.5 ? 0 : 1];
       ++half.points;
       half.per_px += weight * by_pose;
-      half.by_cues += weight * options_.common_edge_sigma.of(match.cue) * by_pose;
+      const Vector5d by_cue = weight * options_.common_edge_sigma.of(match.cue) * by_pose;
+      (match.cue == EdgeCue::kClipped ? pulls.by_clipping : half.by_cues) += by_cue;
     }
     return pulls;
   }
@@ -420,6 +426,7 @@ bool RefineOptions::is_valid(std::string* why) const {
          require_positive(common_edge_sigma.by_limb_px, "refine.common_edge_sigma.by_limb_px", why) &&
          require_positive(common_edge_sigma.by_slope_px, "refine.common_edge_sigma.by_slope_px", why) &&
          require_positive(common_edge_sigma.by_none_px, "refine.common_edge_sigma.by_none_px", why) &&
+         require_positive(common_edge_sigma.by_clipped_px, "refine.common_edge_sigma.by_clipped_px", why) &&
          require_positive(common_edge_share, "refine.common_edge_share", why);
 }
 

@@ -234,6 +234,23 @@ TEST(Locate, SaysWhatToldThePlace) {
   EXPECT_EQ(edges.back().cue, EdgeCue::kSlope);
 }
 
+// What the sensor cuts off would put the border inside. Where a colour is left, that one tells.
+TEST(Locate, KnowsAnOverexposedBackground) {
+  SlantedEdge edge;
+  const auto cue_told = [&](EdgeCue cue) {
+    const std::vector<EdgePixel> edges = edges_in(SlantedEdgePicture(edge).view(), kRed, Transfer::kSrgb);
+    return static_cast<double>(std::ranges::count(edges, cue, &EdgePixel::cue)) / static_cast<double>(edges.size());
+  };
+  edge.background = {3, 3, 3};
+  EXPECT_GT(cue_told(EdgeCue::kClipped), 0.9);
+  EXPECT_GT(measured(edge).bias, 0.2);
+  for (const Rgb& sky : {Rgb{0.5, 0.6, 3}, Rgb{0.4, 2, 0.5}}) {
+    edge.background = sky;
+    EXPECT_GT(cue_told(EdgeCue::kShare), 0.9);
+    EXPECT_LT(measured(edge).worst, 0.03);
+  }
+}
+
 // A strip of the part, the lens's blur on both of its borders, between two greys: where it is thinner than the filter
 // looks, the other border bends its place. In the upper rows it is wide, which tells the part's colour.
 TEST(Locate, NothingTellsThePlaceOfASliver) {

@@ -104,6 +104,19 @@ TEST_F(CueTest, WhatEdgesHaveInCommonAveragesOutOverLongPieces) {
   EXPECT_LT(depth_sigma(EdgeCue::kSlope, 3) / near, 8);
 }
 
+// An overexposed background makes the whole part seem smaller: on however many edges, that does not average out.
+TEST_F(CueTest, WhatClippingMovesIsTheWholeOutline) {
+  for (const double distance_m : {1.0, 3.0}) {
+    const CylinderPose pose{{0, 0, distance_m}, Eigen::Vector3d(0.1, -1, 0.3).normalized()};
+    auto points = points_of(pose);
+    for (EdgePoint& point : points) point.position_px += CommonEdgeSigma{}.by_clipped_px * point.inward;
+    const auto smaller = refine(camera, part, pose, points, {});
+    ASSERT_TRUE(smaller);
+    const double farther_m = smaller->pose.center_in_cam.z() - distance_m;
+    EXPECT_NEAR(depth_sigma(EdgeCue::kClipped, distance_m) / farther_m, 1, 0.25) << distance_m;
+  }
+}
+
 TEST_F(RefineTest, EdgesThatLittleTellsPullLittle) {
   const CylinderPose pose{{0, 0, 2}, Eigen::Vector3d(0.1, -1, 0.3).normalized()};
   IdealEdges how;

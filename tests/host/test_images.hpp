@@ -1,6 +1,7 @@
 // Random images for the tests of the backends.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cylpose/image.hpp>
@@ -41,16 +42,18 @@ inline TestImage random_image(int width, int height, std::mt19937& random, Pixel
   TestImage image(width, height, format, padding);
   fill_with_noise(image, random);
   std::uniform_int_distribution<int> code(0, 255);
+  std::uniform_int_distribution<int> exposed(0, 320);  // some channels clipped
   for (int i = 0; i < 6; ++i) {
     const int x0 = std::uniform_int_distribution<int>(0, width - 1)(random);
     const int y0 = std::uniform_int_distribution<int>(0, height - 1)(random);
     const int x1 = std::uniform_int_distribution<int>(x0, width - 1)(random);
     const int y1 = std::uniform_int_distribution<int>(y0, height - 1)(random);
-    const int color[3] = {code(random), code(random), code(random)};
+    const int color[3] = {exposed(random), exposed(random), exposed(random)};
     for (int y = y0; y <= y1; ++y) {
       for (int x = x0; x <= x1; ++x) {
         if (code(random) < 12) continue;  // holes
-        for (int c = 0; c < bytes_per_pixel(format); ++c) image.pixel(x, y)[c] = static_cast<std::uint8_t>(color[c]);
+        for (int c = 0; c < bytes_per_pixel(format); ++c)
+          image.pixel(x, y)[c] = static_cast<std::uint8_t>(std::min(255, color[c]));
       }
     }
   }

@@ -15,10 +15,11 @@ enum class EdgeStrength : std::uint8_t {
 
 /// What told where a border lies; the errors that neighbours share depend on it (CommonEdgeSigma).
 enum class EdgeCue : std::uint8_t {
-  kNone = 0,   ///< nothing to rely on: it is taken to be at the pixel's centre, or the part is too thin there
-  kShare = 1,  ///< the background's share of the light, whatever the part's shading
-  kLimb = 2,   ///< how the part's own light falls off toward the border, which depends on the shading
-  kSlope = 3,  ///< where that light changes most
+  kNone = 0,     ///< nothing to rely on: it is taken to be at the pixel's centre, or the part is too thin there
+  kShare = 1,    ///< the background's share of the light, whatever the part's shading
+  kLimb = 2,     ///< how the part's own light falls off toward the border, which depends on the shading
+  kSlope = 3,    ///< where that light changes most
+  kClipped = 4,  ///< the share of a background that is brighter than the sensor takes: the border lies farther out
 };
 
 /// One pixel on the border between the part's colour and anything else.

@@ -15,6 +15,8 @@ struct CommonEdgeSigma {
   double by_limb_px = 0.05;
   double by_slope_px = 0.12;
   double by_none_px = 0.2;
+  /// Of the whole outline: before an overexposed background everything seems smaller.
+  double by_clipped_px = 0.4;
 
   [[nodiscard]] constexpr double of(EdgeCue cue) const {
     switch (cue) {
@@ -24,6 +26,8 @@ struct CommonEdgeSigma {
         return by_limb_px;
       case EdgeCue::kSlope:
         return by_slope_px;
+      case EdgeCue::kClipped:
+        return by_clipped_px;
       case EdgeCue::kNone:
         break;
     }

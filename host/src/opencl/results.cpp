@@ -50,7 +50,7 @@ void add(RegionStatistics& sum, const RegionStatistics& other) {
 EdgePixel edge_pixel(const KernelEdge& edge, bool located) {
   const std::int16_t offset = located ? edge.offset_256 : std::int16_t{0};
   const auto strength = static_cast<EdgeStrength>(edge.kind & 3);
-  return {edge.x, edge.y, edge.gx, edge.gy, offset, strength, static_cast<EdgeCue>(edge.kind >> 2 & 3)};
+  return {edge.x, edge.y, edge.gx, edge.gy, offset, strength, static_cast<EdgeCue>(edge.kind >> 2 & 7)};
 }
 
 // The kernel finds the edges of a row from left to right, but the rows in any order: a counting sort by part and row.
@@ -59,7 +59,7 @@ void append_sorted(std::span<const KernelEdge> edges, const StripTask& task, Edg
   const int first_y = task.search.y + task.first_row;
   std::vector<std::size_t> places(field.parts.size() * rows + 1);
   const auto row_of = [&](const KernelEdge& edge) {
-    return static_cast<std::size_t>(edge.kind >> 4) * rows + static_cast<std::size_t>(edge.y - first_y);
+    return static_cast<std::size_t>(edge.kind >> 5) * rows + static_cast<std::size_t>(edge.y - first_y);
   };
   for (const KernelEdge& edge : edges) ++places[row_of(edge) + 1];
   std::partial_sum(places.begin(), places.end(), places.begin());

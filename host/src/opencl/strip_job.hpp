@@ -22,7 +22,7 @@ struct StripTask {
 };
 
 /// Most parts in one task: KernelEdge::kind has room for no more.
-inline constexpr std::size_t kMostParts = 4095;
+inline constexpr std::size_t kMostParts = 2047;
 
 /// Does one strip at a time. Either all at once: start, wait; or in two steps, because the place of an edge depends on
 /// the part's colour in all strips: start_finding, wait, start_locating with the sum of all colors(), wait.
