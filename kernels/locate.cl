@@ -22,7 +22,7 @@
 #define CYL_BY_LIMB 2
 #define CYL_BY_SLOPE 3
 #define CYL_BY_CLIPPED 4
-#define CYL_CLIPPED (CYL_BACKGROUND_PIXELS * 65535 * 99 / 100)  // light of the background that the sensor cuts off
+#define CYL_CLIPPED (CYL_BACKGROUND_PIXELS * 65535 * 998 / 1000)  // light of the background that the sensor cuts off
 
 // As far as anything looks along a diagonal.
 #define CYL_FIRST (-11)
@@ -90,6 +90,24 @@ static WideLight perpendicular(WideLight light, WideLight other) {
   return rest;
 }
 
+#define CYL_CONTRAST_CUT 16  // bits of each component, so that the square fits
+
+// The square of how far light is from the line of a color.
+static long contrast(WideLight light, WideLight color) {
+  const WideLight rest = perpendicular(light, color);
+  const WideLight cut = {rest.r >> CYL_CONTRAST_CUT, rest.g >> CYL_CONTRAST_CUT, rest.b >> CYL_CONTRAST_CUT};
+  return dot_wide(cut, cut);
+}
+
+// The same direction, of no negative component, with the largest one CYL_UNIT; zero as it is.
+static WideLight scaled_to_unit(WideLight direction) {
+  const long largest = max(max(max(direction.r, direction.g), direction.b), 1L);
+  const WideLight scaled = {rounded_quotient(direction.r * CYL_UNIT, largest),
+                            rounded_quotient(direction.g * CYL_UNIT, largest),
+                            rounded_quotient(direction.b * CYL_UNIT, largest)};
+  return scaled;
+}
+
 // The same direction as a channel.
 static Light narrowed(WideLight direction) {
   const int bits = 13;
@@ -101,15 +119,11 @@ static Light narrowed(WideLight direction) {
 
 // The part's colour direction, largest component CYL_UNIT; all zero where no pixel shows it.
 static Light color_of_part(const global ColorSum* sum) {
-  const ulong r = ((ulong)sum->high[0] << 32) | sum->low[0];
-  const ulong g = ((ulong)sum->high[1] << 32) | sum->low[1];
-  const ulong b = ((ulong)sum->high[2] << 32) | sum->low[2];
-  const long largest = (long)max(max(r, g), b);
-  Light color = {0, 0, 0};
-  if (largest == 0) return color;
-  color.r = (int)rounded_quotient((long)r * CYL_UNIT, largest);
-  color.g = (int)rounded_quotient((long)g * CYL_UNIT, largest);
-  color.b = (int)rounded_quotient((long)b * CYL_UNIT, largest);
+  const WideLight light = {(long)(((ulong)sum->high[0] << 32) | sum->low[0]),
+                           (long)(((ulong)sum->high[1] << 32) | sum->low[1]),
+                           (long)(((ulong)sum->high[2] << 32) | sum->low[2])};
+  const WideLight scaled = scaled_to_unit(light);
+  const Light color = {(int)scaled.r, (int)scaled.g, (int)scaled.b};
   return color;
 }
 
@@ -307,13 +321,10 @@ static Place place_by_limb(Profile* profile, Light channel) {
 static Place place_between(Profile* profile, WideLight outside, WideLight color) {
   const Place not_found = {CYL_NOT_FOUND, CYL_BY_NOTHING};
   const Line* line = &profile->lines->middle;
-  const WideLight rest = perpendicular(outside, color);
-  const int bits = 16;
-  const WideLight cut = {rest.r >> bits, rest.g >> bits, rest.b >> bits};
-  const long least = 300 * CYL_BACKGROUND_PIXELS * ((dot_wide(color, color) >> bits) + 1);
-  if (dot_wide(cut, cut) < least * least) return not_found;
+  const long least = 300 * CYL_BACKGROUND_PIXELS * (dot_wide(color, color) >> CYL_CONTRAST_CUT);
+  if (contrast(outside, color) < least * least) return not_found;
 
-  const Light channel = narrowed(rest);
+  const Light channel = narrowed(perpendicular(outside, color));
   const BorderFilter filter = share_filter();
   const int border = crossing(profile, channel, &filter, 0, pixels_along(line, CYL_REACH));
   const Place place = {border == CYL_NOT_FOUND ? CYL_NOT_FOUND : offset_of(line, border), CYL_BY_SHARE};
@@ -352,9 +363,11 @@ static Place place_by_share(Profile* profile, Light part) {
   }
   const WideLight color = {part.r, part.g, part.b};
   const WideLight rest = unclipped(outside, outside);
-  Place place = place_between(profile, rest, unclipped(color, outside));
-  const bool is_clipped = rest.r != outside.r || rest.g != outside.g || rest.b != outside.b;
-  if (place.offset == CYL_NOT_FOUND && is_clipped) {
+  if (rest.r == outside.r && rest.g == outside.g && rest.b == outside.b) return place_between(profile, outside, color);
+  const WideLight color_there = scaled_to_unit(unclipped(color, outside));
+  Place place = {CYL_NOT_FOUND, CYL_BY_NOTHING};
+  if (16 * contrast(rest, color_there) >= contrast(outside, color)) place = place_between(profile, rest, color_there);
+  if (place.offset == CYL_NOT_FOUND) {
     place = place_between(profile, outside, color);
     place.cue = CYL_BY_CLIPPED;
   }

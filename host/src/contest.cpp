@@ -98,11 +98,14 @@ bool is_near(const Eigen::Matrix<double, 6, 1>& change, double max_center, doubl
   return change.head<3>().norm() <= max_center && change.tail<3>().norm() <= max_angle;
 }
 
-CylinderPose moved(const CylinderPose& pose, const Eigen::Matrix<double, 6, 1>& change) {
+// Moves the pose, and turns the covariance with its axis: the roll, which nothing shows, stays a roll.
+void move(PoseEstimate& estimate, const Eigen::Matrix<double, 6, 1>& change) {
   const Eigen::Vector3d rotation = change.tail<3>();
-  const double angle = rotation.norm();
-  if (angle == 0) return pose;
-  return {pose.center_in_cam + change.head<3>(), Eigen::AngleAxisd(angle, rotation / angle) * pose.axis_in_cam};
+  const Eigen::Matrix3d turn(Eigen::AngleAxisd(rotation.norm(), rotation.stableNormalized()));
+  estimate.pose.center_in_cam += change.head<3>();
+  estimate.pose.axis_in_cam = turn * estimate.pose.axis_in_cam;
+  estimate.covariance.rightCols<3>() *= turn.transpose();
+  estimate.covariance.bottomRows<3>().applyOnTheLeft(turn);
 }
 
 // The estimate, or none where its own covariance says that it is worth nothing.
@@ -338,8 +341,9 @@ PoseEstimate Contest::verdict() const {
     }
   }
   const Eigen::Matrix<double, 6, 1> half = widest / 2;
+  move(estimate, half);
   estimate.covariance += half * half.transpose();
-  estimate.pose = with_fixed_sign(moved(estimate.pose, half));
+  estimate.pose = with_fixed_sign(estimate.pose);
   return precise_enough(options_.check, std::move(estimate));
 }
 

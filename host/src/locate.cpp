@@ -70,6 +70,15 @@ Light perpendicular(const Light& light, const Light& other) {
           light.b * squared - along * other.b};
 }
 
+constexpr int kContrastCut = 16;  // bits of each component, so that the square fits
+
+// The square of how far `light` is from the line of `color`, in units of light times the square of `color`, cut.
+std::int64_t contrast(const Light& light, const Light& color) {
+  const Light rest = perpendicular(light, color);
+  const Light cut{rest.r >> kContrastCut, rest.g >> kContrastCut, rest.b >> kContrastCut};
+  return dot(cut, cut);
+}
+
 // The same direction with components of 13 bits and a sign, so that a product with light, summed over the colours, fits
 // 32 bits.
 Light narrowed(const Light& direction) {
@@ -91,6 +100,13 @@ std::int64_t integer_root(std::int64_t value) {
 // To the nearest, halves away from zero; `denominator` > 0.
 std::int64_t rounded_quotient(std::int64_t numerator, std::int64_t denominator) {
   return (numerator >= 0 ? numerator + denominator / 2 : numerator - denominator / 2) / denominator;
+}
+
+// The same direction, of no negative component, with the largest one kUnit; zero as it is.
+Light scaled_to_unit(const Light& direction) {
+  const std::int64_t largest = std::max({direction.r, direction.g, direction.b, std::int64_t{1}});
+  return {rounded_quotient(direction.r * kUnit, largest), rounded_quotient(direction.g * kUnit, largest),
+          rounded_quotient(direction.b * kUnit, largest)};
 }
 
 bool has_normal(const EdgePixel& edge) {
@@ -184,10 +200,8 @@ std::optional<Light> part_color(const ImageView& image, const LinearImage& light
       if (light.shows_part(line.x(k), line.y(k), gate)) sum += light.at(line.x(k), line.y(k));
     }
   }
-  const std::int64_t largest = std::max({sum.r, sum.g, sum.b});
-  if (largest == 0) return std::nullopt;
-  return Light{rounded_quotient(sum.r * kUnit, largest), rounded_quotient(sum.g * kUnit, largest),
-               rounded_quotient(sum.b * kUnit, largest)};
+  if (sum == Light{}) return std::nullopt;
+  return scaled_to_unit(sum);
 }
 
 // The light along a line; it counts twice, and its neighbours once. (Where the border is curved, they pull the place
@@ -373,17 +387,13 @@ Place place_by_limb(const Profile& profile, const Line& line, const Light& chann
 // without its share along the outside's is zero outside, however bright that is, and its border that of a limb before
 // black.
 std::optional<Place> place_between(const Profile& profile, const Line& line, const Light& outside, const Light& color) {
-  const Light rest = perpendicular(outside, color);
-
   // The least distance of the outside from the part's line of colours, in units of light: that of a grey of code 11
   // from a pure hue. There noise of sigma 1.5 moves a point by as much as before black.
   constexpr std::int64_t kLeastContrast = 300;
-  constexpr int kCut = 16;  // bits, so that squares fit
-  const Light cut{rest.r >> kCut, rest.g >> kCut, rest.b >> kCut};
-  const std::int64_t least = kLeastContrast * kBackgroundPixels * ((dot(color, color) >> kCut) + 1);
-  if (dot(cut, cut) < least * least) return std::nullopt;
+  const std::int64_t least = kLeastContrast * kBackgroundPixels * (dot(color, color) >> kContrastCut);
+  if (contrast(outside, color) < least * least) return std::nullopt;
 
-  const Light channel = narrowed(rest);
+  const Light channel = narrowed(perpendicular(outside, color));
   const std::optional<std::int64_t> border = crossing(profile, channel, kShareFilter, 0, line.pixels(kLocateReach));
   if (!border || std::abs(line.to_normal(*border)) > kReach) return std::nullopt;
 
@@ -402,20 +412,23 @@ std::optional<Place> place_between(const Profile& profile, const Line& line, con
 
 // A direction without the colours in which the outside is so bright that the sensor cuts it off.
 Light unclipped(const Light& direction, const Light& outside) {
-  constexpr std::int64_t kMost = kBackgroundPixels * 65535 * 99 / 100;  // code 254
+  constexpr std::int64_t kMost = kBackgroundPixels * 65535 * 998 / 1000;  // hardly a code below 255
   return {outside.r > kMost ? 0 : direction.r, outside.g > kMost ? 0 : direction.g,
           outside.b > kMost ? 0 : direction.b};
 }
 
 // Where the sensor cuts the outside's light off, nobody knows how bright it is, and the half of what is left of it lies
-// inside of the border: the other colours tell better.
+// inside of the border. The other colours tell better, where part and outside differ by a fourth as much in them.
 std::optional<Place> place_by_share(const Profile& profile, const Line& line, const Light& color) {
   Light outside;
   for (int k = 1; k <= kBackgroundPixels; ++k) outside += profile[-line.pixels(kOutward) - k];
   const Light rest = unclipped(outside, outside);
-  std::optional<Place> place = place_between(profile, line, rest, unclipped(color, outside));
-  if (place || rest == outside) return place;
-  place = place_between(profile, line, outside, color);
+  if (rest == outside) return place_between(profile, line, outside, color);
+  const Light color_there = scaled_to_unit(unclipped(color, outside));
+  if (16 * contrast(rest, color_there) >= contrast(outside, color)) {
+    if (const auto place = place_between(profile, line, rest, color_there)) return place;
+  }
+  std::optional<Place> place = place_between(profile, line, outside, color);
   if (place) place->cue = EdgeCue::kClipped;
   return place;
 }
