@@ -22,7 +22,7 @@
 #define CYL_BY_LIMB 2
 #define CYL_BY_SLOPE 3
 #define CYL_BY_CLIPPED 4
-#define CYL_CLIPPED (CYL_BACKGROUND_PIXELS * 65535 * 998 / 1000)  // light of the background that the sensor cuts off
+#define CYL_CLIPPED (CYL_BACKGROUND_PIXELS * 65535 * 99 / 100)  // light of the background that the sensor cuts off
 
 // As far as anything looks along a diagonal.
 #define CYL_FIRST (-11)

@@ -412,7 +412,7 @@ std::optional<Place> place_between(const Profile& profile, const Line& line, con
 
 // A direction without the colours in which the outside is so bright that the sensor cuts it off.
 Light unclipped(const Light& direction, const Light& outside) {
-  constexpr std::int64_t kMost = kBackgroundPixels * 65535 * 998 / 1000;  // hardly a code below 255
+  constexpr std::int64_t kMost = kBackgroundPixels * 65535 * 99 / 100;  // code 254: JPEG moves codes a little
   return {outside.r > kMost ? 0 : direction.r, outside.g > kMost ? 0 : direction.g,
           outside.b > kMost ? 0 : direction.b};
 }
