@@ -92,9 +92,8 @@ static WideLight perpendicular(WideLight light, WideLight other) {
 
 #define CYL_CONTRAST_CUT 16  // bits of each component, so that the square fits
 
-// The square of how far light is from the line of a color.
-static long contrast(WideLight light, WideLight color) {
-  const WideLight rest = perpendicular(light, color);
+// The square of what perpendicular() gives, cut.
+static long contrast(WideLight rest) {
   const WideLight cut = {rest.r >> CYL_CONTRAST_CUT, rest.g >> CYL_CONTRAST_CUT, rest.b >> CYL_CONTRAST_CUT};
   return dot_wide(cut, cut);
 }
@@ -322,9 +321,10 @@ static Place place_between(Profile* profile, WideLight outside, WideLight color)
   const Place not_found = {CYL_NOT_FOUND, CYL_BY_NOTHING};
   const Line* line = &profile->lines->middle;
   const long least = 300 * CYL_BACKGROUND_PIXELS * (dot_wide(color, color) >> CYL_CONTRAST_CUT);
-  if (contrast(outside, color) < least * least) return not_found;
+  const WideLight rest = perpendicular(outside, color);
+  if (contrast(rest) < least * least) return not_found;
 
-  const Light channel = narrowed(perpendicular(outside, color));
+  const Light channel = narrowed(rest);
   const BorderFilter filter = share_filter();
   const int border = crossing(profile, channel, &filter, 0, pixels_along(line, CYL_REACH));
   const Place place = {border == CYL_NOT_FOUND ? CYL_NOT_FOUND : offset_of(line, border), CYL_BY_SHARE};
@@ -366,7 +366,9 @@ static Place place_by_share(Profile* profile, Light part) {
   if (rest.r == outside.r && rest.g == outside.g && rest.b == outside.b) return place_between(profile, outside, color);
   const WideLight color_there = scaled_to_unit(unclipped(color, outside));
   Place place = {CYL_NOT_FOUND, CYL_BY_NOTHING};
-  if (16 * contrast(rest, color_there) >= contrast(outside, color)) place = place_between(profile, rest, color_there);
+  if (16 * contrast(perpendicular(rest, color_there)) >= contrast(perpendicular(outside, color))) {
+    place = place_between(profile, rest, color_there);
+  }
   if (place.offset == CYL_NOT_FOUND) {
     place = place_between(profile, outside, color);
     place.cue = CYL_BY_CLIPPED;

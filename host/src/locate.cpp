@@ -72,9 +72,8 @@ Light perpendicular(const Light& light, const Light& other) {
 
 constexpr int kContrastCut = 16;  // bits of each component, so that the square fits
 
-// The square of how far `light` is from the line of `color`, in units of light times the square of `color`, cut.
-std::int64_t contrast(const Light& light, const Light& color) {
-  const Light rest = perpendicular(light, color);
+// The square of what perpendicular() gives, cut.
+std::int64_t contrast(const Light& rest) {
   const Light cut{rest.r >> kContrastCut, rest.g >> kContrastCut, rest.b >> kContrastCut};
   return dot(cut, cut);
 }
@@ -391,9 +390,10 @@ std::optional<Place> place_between(const Profile& profile, const Line& line, con
   // from a pure hue. There noise of sigma 1.5 moves a point by as much as before black.
   constexpr std::int64_t kLeastContrast = 300;
   const std::int64_t least = kLeastContrast * kBackgroundPixels * (dot(color, color) >> kContrastCut);
-  if (contrast(outside, color) < least * least) return std::nullopt;
+  const Light rest = perpendicular(outside, color);
+  if (contrast(rest) < least * least) return std::nullopt;
 
-  const Light channel = narrowed(perpendicular(outside, color));
+  const Light channel = narrowed(rest);
   const std::optional<std::int64_t> border = crossing(profile, channel, kShareFilter, 0, line.pixels(kLocateReach));
   if (!border || std::abs(line.to_normal(*border)) > kReach) return std::nullopt;
 
@@ -425,7 +425,7 @@ std::optional<Place> place_by_share(const Profile& profile, const Line& line, co
   const Light rest = unclipped(outside, outside);
   if (rest == outside) return place_between(profile, line, outside, color);
   const Light color_there = scaled_to_unit(unclipped(color, outside));
-  if (16 * contrast(rest, color_there) >= contrast(outside, color)) {
+  if (16 * contrast(perpendicular(rest, color_there)) >= contrast(perpendicular(outside, color))) {
     if (const auto place = place_between(profile, line, rest, color_there)) return place;
   }
   std::optional<Place> place = place_between(profile, line, outside, color);
